@@ -1,0 +1,140 @@
+"""What the service expects of a robot, a tracker and a stage sensor. SI units, radians.
+
+Every object is used by one thread at a time. `connect` before anything else; `close` always,
+also after an error. Every call has a deadline of its own and raises a `DriverError` past it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+
+class Safety(StrEnum):
+    """Safety state of a robot controller, as far as it decides whether a motion may start."""
+
+    normal = "normal"
+    reduced = "reduced"
+    protective_stop = "protective_stop"
+    emergency_stop = "emergency_stop"
+    safeguard_stop = "safeguard_stop"
+    fault = "fault"
+    not_ready = "not_ready"
+
+
+MAY_MOVE = frozenset({Safety.normal, Safety.reduced})
+
+
+@dataclass(frozen=True)
+class RobotState:
+    """One consistent look at the controller."""
+
+    joints: tuple[float, ...]
+    """Joint readings [rad], [m] for a prismatic joint."""
+    moving: bool
+    safety: Safety
+    advice: str
+    """What a person should do where `safety` forbids motion; empty otherwise."""
+    time_s: float
+    """The controller's own clock [s]."""
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """A joint-space move: all joints start and end together."""
+
+    joints: tuple[float, ...]
+    """Target readings [rad], [m] for a prismatic joint."""
+    speed: float
+    """Speed of the leading joint [rad/s]."""
+    acceleration: float
+    """Acceleration of the leading joint [rad/s2]."""
+    deadline_s: float
+    """The robot is stopped and `NoReply` raised when it has not arrived by then [s]."""
+
+
+class Robot(Protocol):
+    """A robot arm that can be sent to joint positions and read."""
+
+    def connect(self) -> None:
+        """Open the connection and check that the controller takes commands."""
+        ...
+
+    def state(self) -> RobotState:
+        """Read joints, motion and safety state once."""
+        ...
+
+    def move(self, motion: JointMotion, may_continue: Callable[[], bool]) -> None:
+        """Drive to the target and return when the controller says it has arrived.
+
+        `may_continue` is asked at least every 50 ms; when it answers False the robot is stopped
+        and `Interrupted` raised. Checks the safety state before it starts. The motion is never
+        started twice by one call. Any error leaves the robot stopped or being stopped by the
+        watchdog in the controller.
+        """
+        ...
+
+    def stop(self) -> None:
+        """Stop the robot. Safe to call at any time, in any state."""
+        ...
+
+    def close(self) -> None:
+        """Stop the robot if it moves and let go of it."""
+        ...
+
+
+@dataclass(frozen=True)
+class TrackerReading:
+    """Target position in the tracker's frame, the mean of `shots` single measurements."""
+
+    position: tuple[float, float, float]
+    """[m]"""
+    orientation: tuple[float, float, float, float] | None
+    """Unit quaternion w, x, y, z of the target in the tracker's frame; None for 3D trackers."""
+    spread: float
+    """Largest standard deviation over the shots of one coordinate [m]; 0 for a single shot."""
+    shots: int
+    time_s: float
+    """The tracker's or the host's clock [s]."""
+
+
+class Tracker(Protocol):
+    """An instrument that measures where the target is."""
+
+    def connect(self) -> None:
+        """Open the connection and check that the instrument is ready."""
+        ...
+
+    def measure(self) -> TrackerReading:
+        """Measure the target once (averaging as configured)."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the instrument."""
+        ...
+
+
+@dataclass(frozen=True)
+class StageReading:
+    """One reading of one sensor of the calibration stage."""
+
+    value: float
+    """[m] or [rad], as the sensor measures"""
+    spread: float
+    time_s: float
+
+
+class StageSensor(Protocol):
+    """A rangefinder, encoder or gauge of the calibration stage."""
+
+    def connect(self) -> None:
+        """Open the connection and check that the sensor answers."""
+        ...
+
+    def read(self) -> StageReading:
+        """Read the sensor once."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the sensor."""
+        ...

@@ -1,0 +1,1 @@
+"""Numerics of robot-cell calibration: arrays in, frozen dataclasses out, SI units."""

@@ -1,0 +1,1 @@
+"""The service beside the cell: composes the drivers and the numerics, stores, queues and serves."""

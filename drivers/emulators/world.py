@@ -1,0 +1,204 @@
+"""The emulated world: one true cell behind a socket, started as its own process.
+
+``python -m drivers.emulators.world --config FILE.json [--port 0]`` prints one line
+``{"ready": true, "port": N}`` and ends when its standard input closes. Clients send one JSON
+object a line over TCP and get one line back: ``"ok": true``, or ``"ok": false`` with ``error`` (a
+word) and ``message``. Metre, radian, second. Operations: `hello`, `robot`, `move`, `stop`,
+`measure`, `stage`, `conditions`, `set`, `truth`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import itertools
+import json
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drivers.emulators.motion import Segment
+from drivers.emulators.process import report_ready, until_stdin_closes
+from drivers.emulators.records import WorldError
+from drivers.emulators.rigid import quaternion
+from drivers.emulators.true_cell import TrueCell
+from drivers.emulators.world_config import read_config
+
+Request = Mapping[str, Any]
+Reply = dict[str, Any]
+
+
+def hello(cell: TrueCell, request: Request) -> Reply:
+    """Say what the robot is and how fast the clock runs."""
+    del request
+    return {
+        "n_joints": cell.table.n_joints,
+        "prismatic": cell.table.prismatic,
+        "limits": cell.nominal.limits,
+        "time_scale": cell.clock.time_scale,
+    }
+
+
+def robot(cell: TrueCell, request: Request) -> Reply:
+    """Give what the robot's controller believes."""
+    del request
+    return {"joints": cell.joints(), "moving": cell.moving(), "safety": cell.safety}
+
+
+def move(cell: TrueCell, request: Request) -> Reply:
+    """Start a joint motion; with `stop_on_disconnect` it ends when the client goes away."""
+    target = tuple(float(q) for q in request["joints"])
+    segment = cell.move(target, float(request["speed"]), float(request["acceleration"]))
+    cell.guardian = request["client"] if request.get("stop_on_disconnect") else None
+    return {"segment": asdict(segment)}
+
+
+def stop(cell: TrueCell, request: Request) -> Reply:
+    """Stop the robot."""
+    segment: Segment = cell.stop(float(request["acceleration"]))
+    return {"segment": asdict(segment)}
+
+
+def measure(cell: TrueCell, request: Request) -> Reply:
+    """Read the target with the tracker."""
+    del request
+    return asdict(cell.measure())
+
+
+def stage(cell: TrueCell, request: Request) -> Reply:
+    """Read one sensor of the calibration stage."""
+    sensor = request["sensor"]
+    if sensor not in cell.stage:
+        raise WorldError("no_sensor", f"No stage sensor {sensor!r}, there are {list(cell.stage)}.")
+    return {"value": cell.stage[sensor]}
+
+
+def conditions(cell: TrueCell, request: Request) -> Reply:
+    """Give what a temperature probe and an operator know."""
+    del request
+    return {"temperature_degc": cell.temperature_degc(), "payload_kg": cell.payload_kg}
+
+
+def _set_temperature(cell: TrueCell, value: float | None) -> None:
+    cell.fixed_temperature_degc = None if value is None else float(value)
+
+
+SETTINGS: dict[str, Callable[[TrueCell, Any], None]] = {
+    "safety": TrueCell.set_safety,
+    "beam_blocked": lambda cell, value: setattr(cell, "beam_blocked", bool(value)),
+    "payload_kg": lambda cell, value: setattr(cell, "payload_kg", float(value)),
+    "temperature_degc": _set_temperature,
+    "time_scale": lambda cell, value: cell.clock.run_at(float(value)),
+    "effect": TrueCell.add_effect,
+    "effects": TrueCell.set_effects,
+    "stage": lambda cell, value: cell.stage.update(value),
+}
+
+
+def set_value(cell: TrueCell, request: Request) -> Reply:
+    """Switch a fault, a hidden effect or a condition."""
+    name = request["name"]
+    if name not in SETTINGS:
+        raise WorldError("bad_request", f"Cannot set {name!r}, only {', '.join(SETTINGS)}.")
+    SETTINGS[name](cell, request["value"])
+    return {}
+
+
+def truth(cell: TrueCell, request: Request) -> Reply:
+    """Open the sealed truth; with `joints`, the target's true pose at those readings."""
+    now = cell.circumstances(cell.clock.now())
+    q = np.array(request.get("joints", cell.joints()), dtype=float)
+    T = cell.target_pose(q, now.time_s)
+    table = cell.table
+    return {
+        "theta": table.theta.tolist(),
+        "d": table.d.tolist(),
+        "a": table.a.tolist(),
+        "alpha": table.alpha.tolist(),
+        "beta": table.beta.tolist(),
+        "base": asdict(cell.base),
+        "tool": asdict(cell.tool),
+        "effects": [repr(effect) for effect in cell.effects],
+        "circumstances": asdict(now),
+        "joints": q.tolist(),
+        "true_joints": cell.true_joints(q, now).tolist(),
+        "position": T[:3, 3].tolist(),
+        "orientation": quaternion(T[:3, :3]),
+    }
+
+
+OPERATIONS: dict[str, Callable[[TrueCell, Request], Reply]] = {
+    "hello": hello,
+    "robot": robot,
+    "move": move,
+    "stop": stop,
+    "measure": measure,
+    "stage": stage,
+    "conditions": conditions,
+    "set": set_value,
+    "truth": truth,
+}
+
+
+def operation_of(request: Request) -> Callable[[TrueCell, Request], Reply]:
+    """Find the operation that a request names."""
+    if request.get("op") not in OPERATIONS:
+        raise WorldError("bad_request", f"op must be one of {', '.join(OPERATIONS)}.")
+    return OPERATIONS[request["op"]]
+
+
+def answer(cell: TrueCell, line: bytes, client: int) -> Reply:
+    """Follow one request; what cannot be followed is answered, the world goes on."""
+    try:
+        request = json.loads(line)
+        reply = operation_of(request)(cell, {**request, "client": client})
+        return {"ok": True, "time_s": cell.clock.now(), **reply}
+    except WorldError as refusal:
+        return {"ok": False, "error": refusal.word, "message": str(refusal)}
+    except (AttributeError, KeyError, TypeError, ValueError) as fault:
+        return {"ok": False, "error": "bad_request", "message": f"{type(fault).__name__}: {fault}"}
+
+
+async def serve(cell: TrueCell, port: int) -> None:
+    """Answer any number of clients until standard input closes."""
+    numbers = itertools.count()
+
+    async def converse(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        client = next(numbers)
+        try:
+            while line := await reader.readline():
+                writer.write(json.dumps(answer(cell, line, client)).encode() + b"\n")
+                await writer.drain()
+        except (ConnectionError, asyncio.CancelledError):
+            return  # A killed client is no event in the world, and the world may end any time.
+        finally:
+            cell.abandon(client)
+            writer.close()
+
+    server = await asyncio.start_server(converse, "127.0.0.1", port)
+    report_ready(port=server.sockets[0].getsockname()[1])
+    await until_stdin_closes()
+    server.close()
+
+
+def main() -> int:
+    """Run the world of a configuration file."""
+    parser = argparse.ArgumentParser(description="The emulated world of one robot cell.")
+    parser.add_argument("--config", type=Path, required=True, help="configuration, JSON")
+    parser.add_argument("--port", type=int, default=0, help="TCP port, 0 for a free one")
+    options = parser.parse_args()
+    try:
+        cell = TrueCell(read_config(options.config))
+    except WorldError as fault:
+        sys.stderr.write(f"{fault}\n")
+        return 2
+    asyncio.run(serve(cell, options.port))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

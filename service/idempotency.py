@@ -1,0 +1,80 @@
+"""Idempotency-Key: a POST that is sent again gets the first answer and does nothing twice.
+
+The answer is stored in the transaction that does the work: after a crash there are both or none.
+"""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from http import HTTPStatus
+
+from fastapi import Response
+from pydantic import BaseModel
+from sqlalchemy.orm import Session
+
+from service.clock import utc_now
+from service.db.engine import Database
+from service.db.models import AnswerRow
+from service.errors import Unusable
+
+
+@dataclass(frozen=True)
+class Once:
+    """One POST, with its key where the client gave one.
+
+    Parameters
+    ----------
+    key
+        Idempotency-Key, or None.
+    request_sha256
+        Of method, path, query and body.
+    """
+
+    database: Database
+    key: str | None
+    request_sha256: str
+
+    def earlier(self) -> Response | None:
+        """Return the answer that this key got before; raises `Unusable` for another request."""
+        with self.database.read() as session:
+            return self._stored(session)
+
+    def answer(
+        self, act: Callable[[Session], BaseModel], status: HTTPStatus = HTTPStatus.OK
+    ) -> Response:
+        """Do the work in one transaction and answer, or repeat the answer given before."""
+        with self.database.write() as session:
+            earlier = self._stored(session)
+            if earlier is not None:
+                return earlier
+            body = act(session).model_dump_json()
+            if self.key is not None:
+                session.add(
+                    AnswerRow(
+                        key=self.key,
+                        request_sha256=self.request_sha256,
+                        status=status,
+                        body=body,
+                        created=utc_now(),
+                    )
+                )
+        return _json(body, status)
+
+    def _stored(self, session: Session) -> Response | None:
+        row = None if self.key is None else session.get(AnswerRow, self.key)
+        if row is None:
+            return None
+        if row.request_sha256 != self.request_sha256:
+            raise Unusable(
+                f"Idempotency-Key '{self.key}' was used for another request; take a new key."
+            )
+        return _json(row.body, row.status)
+
+
+def request_digest(method: str, target: str, body_sha256: str) -> str:
+    """Hash what makes two requests the same."""
+    return hashlib.sha256(f"{method} {target}\n{body_sha256}".encode()).hexdigest()
+
+
+def _json(body: str, status: int) -> Response:
+    return Response(body, status_code=status, media_type="application/json")

@@ -39,8 +39,12 @@ class Conversation:
 
     def switch_fault(self, order: str) -> None:
         """Follow one line of standard input and acknowledge it."""
-        self._fault = Fault(**json.loads(order))
-        sys.stdout.write(json.dumps({"fault": self._fault.fault}) + "\n")
+        try:
+            self._fault = Fault(**json.loads(order))
+            acknowledgement = {"ok": True, "fault": self._fault.fault}
+        except (TypeError, ValueError) as fault:
+            acknowledgement = {"ok": False, "message": str(fault)}
+        sys.stdout.write(json.dumps(acknowledgement) + "\n")
         sys.stdout.flush()
 
     async def run(self) -> None:

@@ -1,4 +1,4 @@
-"""From a bundle's folder to the calibrated robot, with this software's version as its provenance."""
+"""From a bundle's folder to the calibrated robot, with its provenance."""
 
 from datetime import datetime
 from importlib.metadata import version

@@ -1,0 +1,167 @@
+"""`measurements.csv`: one row an observation, columns as the contract names them."""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+
+from robocal.errors import BadInput
+from robocal.formats.table import Table, read_table
+from robocal.measurements import MeasurementSet
+from robocal.robots.robot import Robot
+
+POSITION = ("x_mm", "y_mm", "z_mm")
+QUATERNION = ("qw", "qx", "qy", "qz")
+_SINGLE = (
+    "distance_mm",
+    "pose",
+    "repeat",
+    "target",
+    "t_s",
+    "temperature_degc",
+    "payload_kg",
+    "speed",
+    "settle_s",
+    "split",
+)
+
+
+def joint_columns(robot: Robot, prefix: str = "j") -> tuple[str, ...]:
+    """Column names of the joints: j1_deg, j2_deg, j3_mm ..."""
+    return tuple(f"{prefix}{i + 1}_{unit}" for i, unit in enumerate(robot.joint_units))
+
+
+def approach_columns(robot: Robot) -> tuple[str, ...]:
+    """Column names of the directions of approach: approach1 ..."""
+    return tuple(f"approach{joint + 1}" for joint in range(robot.n_joints))
+
+
+def known_columns(robot: Robot) -> tuple[str, ...]:
+    """Every column that a bundle of this robot may have."""
+    return (
+        *joint_columns(robot),
+        *POSITION,
+        *QUATERNION,
+        *_SINGLE,
+        *approach_columns(robot),
+        *joint_columns(robot, "cmd"),
+    )
+
+
+def read_joints(table: Table, robot: Robot) -> Float[Array, "row joint"]:
+    """Joint readings of every row [rad or m], NaN where a cell is empty.
+
+    Raises
+    ------
+    BadInput
+        If a joint column is missing, or the table has more joints than the robot.
+    """
+    columns = joint_columns(robot)
+    table.require(columns, f"robot '{robot.name}' has {robot.n_joints} joints")
+    extra = [f"j{robot.n_joints + 1}_{unit}" for unit in ("deg", "mm")]
+    for column in extra:
+        if column in table:
+            raise BadInput(
+                f"{table.file} line 1",
+                f"column '{column}' is there, but robot '{robot.name}' has {robot.n_joints} joints",
+            )
+    return np.asarray(_matrix(table, columns) * robot.joint_scale)
+
+
+def _matrix(table: Table, columns: tuple[str, ...]) -> Float[Array, "row column"]:
+    return np.column_stack([table.numbers(column) for column in columns])
+
+
+def read_measurements(path: Path, robot: Robot) -> tuple[MeasurementSet, tuple[str, ...]]:
+    """All rows of the file, and the text of its `split` column (empty where it has none).
+
+    Raises
+    ------
+    BadInput
+        Naming line and column.
+    """
+    table = read_table(path)
+    joints = read_joints(table, robot)
+    table.refuse_unknown(known_columns(robot))
+    if "distance_mm" not in table:
+        table.require(POSITION, "a row needs a position in mm, or distance_mm")
+    if any(column in table for column in QUATERNION):
+        table.require(QUATERNION, "an orientation needs all four")
+    n_rows = len(table.cells)
+    measurements = MeasurementSet(
+        lines=table.lines,
+        joints=joints,
+        position=_matrix(table, POSITION) * 1e-3,
+        orientation=_orientation(table),
+        distance=table.numbers("distance_mm") * 1e-3,
+        pose=_pose_numbers(table),
+        target=table.text("target"),
+        held_out=np.zeros(n_rows, dtype=bool),
+        time=table.numbers("t_s"),
+        temperature=table.numbers("temperature_degc"),
+        payload=table.numbers("payload_kg"),
+        speed=table.numbers("speed"),
+        settle=table.numbers("settle_s"),
+        approach=_matrix(table, approach_columns(robot)),
+        commanded=_matrix(table, joint_columns(robot, "cmd")) * robot.joint_scale,
+    )
+    return measurements, table.text("split")
+
+
+def _orientation(table: Table) -> Float[Array, "row 4"]:
+    quaternion = _matrix(table, QUATERNION)
+    norm = np.linalg.norm(quaternion, axis=1)
+    off = np.abs(norm - 1.0) > 1e-2
+    if off.any():
+        row = int(np.argmax(off))
+        raise BadInput(
+            f"{table.file} line {table.lines[row]}",
+            f"quaternion qw, qx, qy, qz has length {norm[row]:.4g}, must be 1",
+        )
+    return np.asarray(quaternion / norm[:, None])
+
+
+def _pose_numbers(table: Table) -> Array:
+    if "pose" not in table:
+        return np.arange(len(table.cells))
+    numbers = table.numbers("pose")
+    wrong = np.isnan(numbers) | (numbers != np.round(numbers))
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise BadInput(
+            f"{table.file} line {table.lines[row]}", "column 'pose' must be a whole number"
+        )
+    return numbers.astype(int)
+
+
+def unusable_rows(measurements: MeasurementSet) -> dict[int, str]:
+    """Row index and reason of every row that no fit can use."""
+    reasons: dict[int, str] = {}
+    no_joints = np.isnan(measurements.joints).any(axis=1)
+    parts = np.isfinite(measurements.position).sum(axis=1)
+    nothing = (parts == 0) & np.isnan(measurements.distance)
+    for row in np.flatnonzero(no_joints | nothing | ((parts > 0) & (parts < 3))):
+        if no_joints[row]:
+            reasons[int(row)] = "a joint reading is missing"
+        elif nothing[row]:
+            reasons[int(row)] = "neither position nor distance"
+        else:
+            reasons[int(row)] = "a coordinate of the position is missing"
+    return reasons
+
+
+def held_out_by_column(file: str, lines: Array, split: tuple[str, ...]) -> Bool[Array, "row"]:
+    """Rows whose split is `check`.
+
+    Raises
+    ------
+    BadInput
+        If a cell is neither `fit` nor `check`.
+    """
+    for line, cell in zip(lines, split, strict=True):
+        if cell not in ("fit", "check"):
+            raise BadInput(
+                f"{file} line {line}", f"column 'split' must be fit or check, not '{cell}'"
+            )
+    return np.array([cell == "check" for cell in split])

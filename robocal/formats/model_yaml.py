@@ -1,0 +1,154 @@
+"""`model.yaml`: a calibrated robot in one self-contained file."""
+
+from pathlib import Path
+
+import numpy as np
+import yaml
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from robocal.calibrated import CalibratedRobot, Provenance
+from robocal.formats.fields import Fields, fields_of, read_text
+from robocal.formats.robot_yaml import (
+    frame_document,
+    link_document,
+    read_frame,
+    robot_document,
+    robot_from_fields,
+)
+from robocal.frames import frame_from_xyz_ypr, invert
+from robocal.identification.result import Identification
+from robocal.kinematics.model import KinematicModel, parameter_is_angle, parameter_names
+from robocal.robots.robot import Robot
+
+FORMAT = "robocal-model-1"
+_DEG = np.pi / 180.0
+
+
+def calibrated_robot(
+    robot: Robot, result: Identification, gravity: Float[Array, "3"], provenance: Provenance
+) -> CalibratedRobot:
+    """The identified robot with its covariance."""
+    return CalibratedRobot(robot, result.model, result.full_covariance(), gravity, provenance)
+
+
+def model_document(calibrated: CalibratedRobot) -> dict[str, object]:
+    """Content of `model.yaml`; angles in deg, lengths in mm."""
+    model = calibrated.model
+    names = parameter_names(model.n_joints)
+    known = np.flatnonzero(np.diag(calibrated.covariance) > 0)
+    unit = np.where(parameter_is_angle(model.n_joints), _DEG, 1e-3)[known]
+    covariance = calibrated.covariance[np.ix_(known, known)] / np.outer(unit, unit)
+    return {
+        "format": FORMAT,
+        "robot": robot_document(calibrated.robot),
+        "links": [link_document(link) for link in model.links],
+        "base": frame_document(model.base_frame),
+        "tool": frame_document(invert(calibrated.robot.geometry.flange) @ model.tool_frame),
+        "gravity": [float(value) for value in calibrated.gravity],
+        "effects": [],
+        "covariance": {
+            "parameters": [names[k] for k in known],
+            "matrix_deg_mm": [[float(value) for value in row] for row in covariance],
+        },
+        "provenance": {
+            "bundle_sha256": calibrated.provenance.bundle_sha256,
+            "software_version": calibrated.provenance.software_version,
+            "date": calibrated.provenance.date,
+            "strategy": calibrated.provenance.strategy,
+        },
+    }
+
+
+def write_model(path: Path, calibrated: CalibratedRobot) -> None:
+    """Write `model.yaml`."""
+    document = model_document(calibrated)
+    text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=120)
+    path.write_text(text, encoding="utf-8")
+
+
+def read_model(path: Path) -> CalibratedRobot:
+    """A calibrated robot from `model.yaml`.
+
+    Raises
+    ------
+    BadInput
+        Naming line and field.
+    """
+    return calibrated_from_fields(fields_of(path.name, read_text(path)), path.parent)
+
+
+def model_from_document(document: dict[str, object]) -> CalibratedRobot:
+    """A calibrated robot from the content of a `model.yaml`."""
+    return calibrated_from_fields(
+        fields_of("model.yaml", yaml.safe_dump(document, sort_keys=False)), Path()
+    )
+
+
+def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
+    """A calibrated robot from an open mapping."""
+    if fields.text("format") != FORMAT:
+        raise fields.error("format", f"must be {FORMAT}")
+    nominal = fields.mapping("robot")
+    robot = robot_from_fields(nominal, folder)
+    nominal.finish()
+    rows = fields.mappings("links")
+    if len(rows) != robot.n_joints:
+        raise fields.error("links", f"must have {robot.n_joints} rows, not {len(rows)}")
+    model = KinematicModel(
+        links=np.array([_link(row) for row in rows]),
+        prismatic=robot.geometry.prismatic,
+        station=_frame(fields, "base"),
+        mount=robot.geometry.mount,
+        flange=robot.geometry.flange @ _frame(fields, "tool"),
+    )
+    if "effects" in fields:
+        _refuse_effects(fields)
+    origin = fields.mapping("provenance")
+    provenance = Provenance(
+        *(origin.text(name) for name in ("bundle_sha256", "software_version", "date", "strategy"))
+    )
+    covariance = _covariance(fields.mapping("covariance"), robot.n_joints)
+    gravity = np.array(fields.numbers("gravity", 3))
+    fields.finish()
+    return CalibratedRobot(robot, model, covariance, gravity, provenance)
+
+
+def _link(row: Fields) -> list[float]:
+    link = [
+        row.number("theta_deg") * _DEG,
+        row.number("d_mm") * 1e-3,
+        row.number("a_mm") * 1e-3,
+        row.number("alpha_deg") * _DEG,
+        row.number("beta_deg") * _DEG,
+    ]
+    row.finish()
+    return link
+
+
+def _frame(fields: Fields, name: str) -> Float[Array, "4 4"]:
+    frame = fields.mapping(name)
+    values = read_frame(frame)
+    frame.finish()
+    return frame_from_xyz_ypr(values)
+
+
+def _refuse_effects(fields: Fields) -> None:
+    """Effects beyond geometry would be left out of every prediction without a word."""
+    if not fields.is_empty_list("effects"):
+        raise fields.error("effects", "holds effects, which this version cannot predict with")
+
+
+def _covariance(fields: Fields, n_joints: int) -> Float[Array, "parameter parameter"]:
+    names = parameter_names(n_joints)
+    listed = fields.texts("parameters")
+    for name in listed:
+        if name not in names:
+            raise fields.error("parameters", f"names '{name}', which is no parameter")
+    known = [names.index(name) for name in listed]
+    unit = np.where(parameter_is_angle(n_joints), _DEG, 1e-3)[known]
+    matrix = np.array(fields.matrix("matrix_deg_mm", len(known), len(known)))
+    fields.finish()
+    full = np.zeros((len(names), len(names)))
+    full[np.ix_(known, known)] = matrix.reshape(len(known), len(known)) * np.outer(unit, unit)
+    return full

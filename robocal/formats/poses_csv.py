@@ -1,0 +1,71 @@
+"""Tables of joints, and of the tool poses that a model predicts for them."""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from robocal.calibrated import CalibratedRobot
+from robocal.errors import BadInput
+from robocal.formats.measurements_csv import (
+    POSITION,
+    QUATERNION,
+    joint_columns,
+    known_columns,
+    read_joints,
+)
+from robocal.formats.table import read_table, write_table
+from robocal.frames import quaternion_from_rotation
+from robocal.robots.robot import Robot
+
+
+def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> int:
+    """Fill x_mm ... qz of a table of joints; all its other columns are kept as they are.
+
+    Returns
+    -------
+    int
+        Number of rows written.
+
+    Raises
+    ------
+    BadInput
+        Naming line and column.
+    """
+    table = read_table(poses)
+    robot = calibrated.robot
+    q = read_joints(table, robot)
+    table.refuse_unknown(known_columns(robot))
+    missing = np.isnan(q).any(axis=1)
+    if missing.any():
+        line = table.lines[int(np.argmax(missing))]
+        raise BadInput(f"{table.file} line {line}", "a joint reading is missing")
+    T = calibrated.tool_poses(q)
+    columns: dict[str, tuple[str, ...]] = {name: table.text(name) for name in table.header}
+    for axis, name in enumerate(POSITION):
+        columns[name] = _cells(T[:, axis, 3] * 1e3, 7)
+    quaternion = quaternion_from_rotation(T[:, :3, :3])
+    for part, name in enumerate(QUATERNION):
+        columns[name] = _cells(quaternion[:, part], 12)
+    _write(out, columns)
+    return len(q)
+
+
+def write_plan(path: Path, robot: Robot, q: Float[Array, "pose joint"]) -> None:
+    """Joints to drive to, one row a pose, in file units."""
+    columns = {"pose": tuple(str(number) for number in range(1, len(q) + 1))}
+    for joint, name in enumerate(joint_columns(robot)):
+        columns[name] = _cells(q[:, joint] / robot.joint_scale[joint], 6)
+    _write(path, columns)
+
+
+def _write(path: Path, columns: dict[str, tuple[str, ...]]) -> None:
+    try:
+        write_table(path, columns)
+    except OSError as error:
+        raise BadInput(str(path), f"cannot be written: {error.strerror}") from None
+
+
+def _cells(values: Float[Array, "row"], decimals: int) -> tuple[str, ...]:
+    return tuple(f"{value:.{decimals}f}" for value in values)

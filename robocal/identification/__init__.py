@@ -1,0 +1,1 @@
+"""Identification of the robot's real geometry from measured poses."""

@@ -1,0 +1,126 @@
+"""Which parameters the measured poses can tell apart, and which move the target alike.
+
+Columns of the whitened Jacobian are scaled to length one and taken in an order of preference: base
+and tool first, then joint zeros and lengths, so that what is dropped is what the field drops: link
+1 against the base, the last link against the tool, and beta, or d where axes are parallel. A column
+that lies in the span of those already taken is redundant. One that stands out of it so little that
+a move by the whole prior would change the residuals by less than their noise is weak: it stays in
+the fit with its prior, but the data do not identify it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+
+from robocal.kinematics.model import KinematicModel, parameter_names
+
+_SPAN_TOLERANCE = 1e-6
+"""A column with less than this share of its length outside the span is redundant; exact redundancy
+leaves 1e-12, the weakest real dependence seen (axes parallel to 0.01 mrad) 1e-5; [1]"""
+_PARALLEL = 1e-3
+"""Angle below which the next axis counts as nominally parallel [rad]"""
+_NAMED_SHARE = 0.05
+_SEEN = 1.0
+"""A parameter counts as seen when a move by its prior standard deviation changes the whitened
+residuals by at least this much in all; [1]"""
+
+
+@dataclass(frozen=True)
+class Redundancy:
+    """What the data can tell apart."""
+
+    identified: Bool[Array, "parameter"]
+    weak: Bool[Array, "parameter"]
+    """Seen by the data less than by the prior."""
+    reasons: dict[str, str]
+    """Why each other parameter is not identified."""
+    rank: int
+    """Number of identified parameters."""
+    condition: float
+    """Largest over smallest singular value of the scaled columns of the identified parameters."""
+
+
+def find_redundancy(
+    J: Float[Array, "scalar parameter"],
+    model: KinematicModel,
+    free: Bool[Array, "parameter"],
+    prior_std: Float[Array, "parameter"],
+) -> Redundancy:
+    """Split the free parameters into identified and redundant ones.
+
+    Parameters
+    ----------
+    J
+        Whitened Jacobian of all parameters.
+    model
+        Decides the order of preference at parallel axes.
+    free
+        Parameters that may be identified at all.
+    prior_std
+        How far each may be off before any measurement, infinite where nothing is known [m, rad].
+    """
+    names = parameter_names(model.n_joints)
+    lengths = np.linalg.norm(J, axis=0)
+    largest = lengths.max() if len(lengths) else 0.0
+    basis = np.zeros((J.shape[0], J.shape[1]))
+    taken: list[int] = []
+    weak = np.zeros(len(names), dtype=bool)
+    reasons: dict[str, str] = {}
+    for index in _preference(model):
+        if not free[index]:
+            continue
+        if lengths[index] <= 1e-12 * largest:
+            reasons[names[index]] = "these measurements do not see it"
+            continue
+        column = J[:, index] / lengths[index]
+        left = column.copy()
+        span = basis[:, : len(taken)]
+        for _ in range(2):  # twice is enough against cancellation (Kahan)
+            left -= span @ (span.T @ left)
+        outside = np.linalg.norm(left)
+        if outside < _SPAN_TOLERANCE:
+            reasons[names[index]] = _in_words(J, lengths, taken, column, names)
+        elif outside * lengths[index] * prior_std[index] < _SEEN:
+            weak[index] = True
+            reasons[names[index]] = "the measurements say less of it than its prior does"
+        else:
+            basis[:, len(taken)] = left / outside
+            taken.append(index)
+    identified = np.zeros(len(names), dtype=bool)
+    identified[taken] = True
+    sigma = np.linalg.svd(J[:, taken] / lengths[taken], compute_uv=False)
+    condition = float(sigma[0] / sigma[-1]) if len(sigma) and sigma[-1] > 0 else float("inf")
+    return Redundancy(identified, weak, reasons, len(taken), condition)
+
+
+def _preference(model: KinematicModel) -> list[int]:
+    """Parameter indices, those to keep first."""
+    n = 5 * model.n_joints
+    order = list(range(n, n + 12))
+    for parameter in (0, 2, 3):
+        order += [5 * joint + parameter for joint in range(model.n_joints)]
+    later = []
+    for joint, (alpha, beta) in enumerate(model.links[:, 3:]):
+        parallel = abs(np.sin(alpha)) < _PARALLEL and abs(beta) < _PARALLEL
+        keep, drop = (4, 1) if parallel and joint < model.n_joints - 1 else (1, 4)
+        order.append(5 * joint + keep)
+        later.append(5 * joint + drop)
+    return order + later
+
+
+def _in_words(
+    J: Float[Array, "scalar parameter"],
+    lengths: Float[Array, "parameter"],
+    taken: list[int],
+    column: Float[Array, "scalar"],
+    names: tuple[str, ...],
+) -> str:
+    """The identified parameters that together move the target as this one does."""
+    shares = np.linalg.lstsq(J[:, taken] / lengths[taken], column, rcond=None)[0]
+    strongest = np.argsort(-np.abs(shares))
+    alike = [names[taken[k]] for k in strongest if abs(shares[k]) > _NAMED_SHARE][:6]
+    if len(alike) == 1:
+        return f"parallel to {alike[0]}"
+    return f"moves the target as {', '.join(alike[:-1])} and {alike[-1]} do together"

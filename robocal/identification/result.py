@@ -1,0 +1,132 @@
+"""What an identification found, in SI units."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from robocal.formats.bundle import RejectedRow
+from robocal.frames import invert, xyz_ypr_from_frame
+from robocal.kinematics.model import KinematicModel
+
+
+class Status(StrEnum):
+    """What became of a parameter."""
+
+    identified = "identified"
+    fixed = "fixed"
+    redundant = "redundant"
+
+
+@dataclass(frozen=True)
+class ResidualSummary:
+    """Residual = measured - predicted over some rows."""
+
+    rows: int
+    position_rms: float
+    """Root mean square of the distance [m]."""
+    position_mean: float
+    position_max: float
+    orientation_rms: float | None
+    """Root mean square of the rotation angle [rad]; None without orientations."""
+
+
+@dataclass(frozen=True)
+class Identification:
+    """The identified robot and how well the data determine it.
+
+    Parameters
+    ----------
+    nominal
+        Geometry before, base and tool ignored.
+    model
+        Identified geometry; its `base` and `tool` are zero, the identified frames stand in
+        `station` and `flange`, so that `covariance` is in small turns and shifts along the axes of
+        the base and the tool frame themselves.
+    free
+        Indices of the parameters that moved: the identified ones and those that only their prior
+        holds.
+    covariance
+        Of the free parameters, prior included, in the units of the vector [m, rad].
+    reasons
+        Why a parameter is redundant or fixed, by name.
+    """
+
+    nominal: KinematicModel
+    model: KinematicModel
+    free: Int[Array, "free"]
+    covariance: Float[Array, "free free"]
+    reasons: dict[str, str]
+    fixed: frozenset[str]
+    rank: int
+    condition: float
+    strategy: str
+    iterations: int
+    converged: bool
+    fit: ResidualSummary
+    held_out: ResidualSummary | None
+    before: ResidualSummary
+    """Nominal geometry with fitted frames, over the held-out rows (else the fit rows)."""
+    rejected: tuple[RejectedRow, ...]
+    bundle_sha256: str
+    chi_square: float
+    nu: int
+    """Statistical degrees of freedom: measured scalars less identified parameters."""
+
+    def status(self, name: str) -> Status:
+        """What became of a parameter."""
+        if name in self.fixed:
+            return Status.fixed
+        return Status.redundant if name in self.reasons else Status.identified
+
+    @property
+    def std(self) -> Float[Array, "parameter"]:
+        """Standard uncertainty of every parameter, zero where it was not identified."""
+        std = np.zeros(self.model.n_parameters)
+        std[self.free] = np.sqrt(np.diag(self.covariance))
+        return std
+
+    def full_covariance(self) -> Float[Array, "parameter parameter"]:
+        """Covariance of all parameters, zero where they were not identified."""
+        full = np.zeros((self.model.n_parameters, self.model.n_parameters))
+        full[np.ix_(self.free, self.free)] = self.covariance
+        return full
+
+    @property
+    def base(self) -> Float[Array, "4 4"]:
+        """Robot base in the measuring frame."""
+        return self.model.base_frame
+
+    @property
+    def tool(self) -> Float[Array, "4 4"]:
+        """Target in the robot's flange frame."""
+        return self._tool_of(self.model)
+
+    def _tool_of(self, model: KinematicModel) -> Float[Array, "4 4"]:
+        return np.asarray(invert(self.nominal.flange) @ model.tool_frame)
+
+    def frame_std(self, which: str) -> Float[Array, "6"]:
+        """Standard uncertainty of x, y, z, yaw, pitch, roll of `base` or `tool` as reported.
+
+        The covariance speaks of small moves in the frame's own axes; central differences carry it
+        to the frame as seen from outside.
+        """
+        first = self.model.n_parameters - (12 if which == "base" else 6)
+        own = self.full_covariance()[first : first + 6, first : first + 6]
+        step = 1e-6
+
+        def outside(move: Float[Array, "6"]) -> Float[Array, "6"]:
+            vector = self.model.vector
+            vector[first : first + 6] += move
+            moved = self.model.with_vector(vector)
+            return xyz_ypr_from_frame(moved.base_frame if which == "base" else self._tool_of(moved))
+
+        columns = []
+        for axis in np.eye(6) * step:
+            change = outside(axis) - outside(-axis)
+            change[3:] = (change[3:] + np.pi) % (2 * np.pi) - np.pi
+            columns.append(change / (2 * step))
+        J = np.column_stack(columns)
+        return np.asarray(np.sqrt(np.clip(np.diag(J @ own @ J.T), 0.0, None)))

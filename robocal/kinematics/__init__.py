@@ -1,0 +1,1 @@
+"""Kinematics of a serial arm in modified Denavit-Hartenberg (MDH) form."""

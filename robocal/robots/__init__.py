@@ -1,0 +1,1 @@
+"""Nominal robots as data files, each with the source of its table."""

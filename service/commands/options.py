@@ -1,0 +1,36 @@
+"""Arguments and options that several commands share, and the files that they write."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from robocal.errors import BadInput
+
+BundleFolder = Annotated[Path, typer.Argument(help="folder with campaign.yaml", metavar="BUNDLE")]
+OutFolder = Annotated[Path, typer.Option("--out", help="folder for the results, made if missing")]
+OutFile = Annotated[Path, typer.Option("--out", help="CSV file to write")]
+AsJson = Annotated[bool, typer.Option("--json", help="print the result's JSON and nothing else")]
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder for results.
+
+    Raises
+    ------
+    BadInput
+        If the system does not allow it.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(str(folder), f"cannot be made: {error.strerror}") from None
+
+
+def write_json(path: Path, document: dict[str, object]) -> None:
+    """Write a document, whole or not at all."""
+    text = json.dumps(document, indent=2, allow_nan=False) + "\n"
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)

@@ -1,5 +1,6 @@
 """`robocal serve`."""
 
+import os
 from typing import Annotated
 
 import typer
@@ -7,11 +8,27 @@ import typer
 
 def serve(
     host: Annotated[str | None, typer.Option(help="address to listen on")] = None,
-    port: Annotated[int | None, typer.Option(min=1, max=65535)] = None,
+    port: Annotated[int | None, typer.Option(min=0, max=65535, help="0 takes a free one")] = None,
     *,
     worker: Annotated[bool, typer.Option(help="also run a worker beside the service")] = True,
 ) -> None:
-    """Run the service (REST and web page) and its worker."""
-    from service.serve import serve as run
+    """Run the service (REST and web page) and a worker; settings come from ROBOCAL_* variables."""
+    from pydantic import ValidationError
 
-    run(host, port, with_worker=worker)
+    from robocal.errors import BadInput
+    from service.child_process import ChildProcess
+    from service.main import serve as listen
+    from service.settings import Settings
+
+    given = {"host": host, "port": port}
+    try:
+        settings = Settings(**{name: value for name, value in given.items() if value is not None})
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise BadInput(f"setting {'.'.join(map(str, first['loc']))}", first["msg"]) from None
+    beside = ChildProcess("service.jobs.worker", environment=dict(os.environ)) if worker else None
+    try:
+        listen(settings)
+    finally:
+        if beside:
+            beside.close()

@@ -52,10 +52,13 @@ class Station:
         self._digits = 15
         self._last: Sighting | None = None
         self._atmosphere = ("0.000000658", "1013.25", "20.0", "15.0")
+        self._ppm = "0.0"
         self._procedures: dict[int, Callable[[Request], Awaitable[Reply]]] = {
             2008: self._do_measure,
             2028: self._set_atmosphere,
             2029: self._get_atmosphere,
+            2148: self._set_ppm,
+            2151: self._get_ppm,
             2082: self._get_coordinate,
             9027: self._turn_telescope,
             9037: self._fine_adjust,
@@ -141,6 +144,16 @@ class Station:
     async def _get_atmosphere(self, request: Request) -> Reply:
         del request
         return Reply(OK, self._atmosphere)
+
+    async def _set_ppm(self, request: Request) -> Reply:
+        if len(request.parameters) != 1:
+            return Reply(INVALID_PARAMETER)
+        self._ppm = request.parameters[0]
+        return Reply(OK)
+
+    async def _get_ppm(self, request: Request) -> Reply:
+        del request
+        return Reply(OK, (self._ppm,))
 
     async def _set_digits(self, request: Request) -> Reply:
         if len(request.parameters) != 1 or not 0 <= int(request.parameters[0]) <= 15:

@@ -8,12 +8,14 @@ from geocompy.geo.gctypes import GeoComCode
 LOST = frozenset({GeoComCode.COM_CANT_SEND, GeoComCode.COM_FAILED})
 """`geocompy` gives these when the serial port itself fails."""
 
-GARBLED = frozenset({
+SUSPECT = frozenset({
+    GeoComCode.COM_TIMEDOUT,
     GeoComCode.COM_TR_ID_MISMATCH,
     GeoComCode.COM_CANT_DECODE,
     GeoComCode.COM_CLNT_RX_CHECKSUM_ERROR,
     GeoComCode.COM_SRVR_RX_CHECKSUM_ERROR,
 })
+"""After these a reply may still be on its way, or lie about in a buffer."""
 
 ADVICE = {
     GeoComCode.IVPARAM: "the station does not take this parameter; check its model",

@@ -23,9 +23,9 @@ from typing import Any, TypeVar
 
 from geocompy.geo import GeoCom
 from geocompy.geo.gctypes import GeoComCode, GeoComResponse
-from serial import Serial
+from serial import Serial, SerialException
 
-from drivers.devices.geocom.codes import ADVICE, GARBLED, LOST
+from drivers.devices.geocom.codes import ADVICE, LOST, SUSPECT
 from drivers.devices.geocom.line import REPLY, TransactionLine
 from drivers.errors import BadReply, DriverError, NoReply, Refused, Unreachable
 from drivers.interfaces import TrackerReading
@@ -109,9 +109,11 @@ class GeoComTracker:
         """
         self.close()
         self._port = open_serial(self._device, self._address, self._baud, self._reply_timeout_s)
-        self._drain()
         try:
+            self._drain(self._port)
             self._station = GeoCom(TransactionLine(self._port), checksum=True)
+        except SerialException as fault:
+            raise self._gone("connect") from fault
         except ConnectionRefusedError as fault:
             self.close()
             raise NoReply(
@@ -136,7 +138,7 @@ class GeoComTracker:
             If the line fails.
         """
         read_again(self._aim)
-        points = [read_again(self._shoot) for _ in range(self._shots)]
+        points = [self._shoot() for _ in range(self._shots)]
         x, y, z = (statistics.fmean(axis) for axis in zip(*points, strict=True))
         spread = 0.0
         if len(points) > 1:
@@ -144,19 +146,23 @@ class GeoComTracker:
         return TrackerReading((x, y, z), None, spread, len(points), time.monotonic())
 
     def atmosphere(self) -> Atmosphere:
-        """Read the atmosphere that the station corrects distances for (TMC_GetAtmCorr)."""
-        _, pressure, dry, wet = self._read_atmosphere()
+        """Read the air that was entered at the station (TMC_GetAtmCorr)."""
+        _, pressure, dry, wet = self._values(
+            "TMC_GetAtmCorr", lambda s: s.tmc.get_atmospheric_corrections()
+        )
         return Atmosphere(pressure, dry, wet)
 
-    def set_atmosphere(self, atmosphere: Atmosphere) -> None:
-        """Tell the station the atmosphere (TMC_SetAtmCorr), keeping its own wavelength."""
-        wavelength = self._read_atmosphere()[0]
-        self._ask(
-            "TMC_SetAtmCorr",
-            lambda s: s.tmc.set_atmospheric_corrections(
-                wavelength, atmosphere.pressure_hpa, atmosphere.dry_degc, atmosphere.wet_degc
-            ),
-        )
+    def set_atmospheric_ppm(self, ppm: float) -> None:
+        """Tell the station by how much to correct distances for the atmosphere (TMC_SetAtmPpm).
+
+        TMC_SetAtmCorr would take pressure and temperature, but also the wavelength of the light,
+        of which `geocompy` sends six decimals: 0.000000658 m goes out as 0.000001.
+        """
+        self._ask("TMC_SetAtmPpm", lambda s: s.tmc.set_atmospheric_correction_ppm(ppm))
+
+    def atmospheric_ppm(self) -> float:
+        """Read by how much the station corrects distances for the atmosphere (TMC_GetAtmPpm)."""
+        return self._values("TMC_GetAtmPpm", lambda s: s.tmc.get_atmospheric_correction_ppm())
 
     def close(self) -> None:
         """Close the port if open."""
@@ -171,28 +177,33 @@ class GeoComTracker:
         )
 
     def _shoot(self) -> tuple[float, float, float]:
-        command = "BAP_MeasDistanceAngle"
-        reply = self._ask(
-            command, lambda s: s.bap.measure_distance_angle(), self._measure_timeout_s
+        horizontal, vertical, slope, _ = self._values(
+            "BAP_MeasDistanceAngle",
+            lambda s: s.bap.measure_distance_angle(),
+            self._measure_timeout_s,
         )
-        if reply.params is None:
-            raise BadReply(self._device, command, "no values", reply.response.encode())
-        horizontal, vertical, slope = (float(v) for v in reply.params[:3])
-        across = slope * math.sin(vertical)
+        across = float(slope) * math.sin(vertical)
         return (
             across * math.sin(horizontal),
             across * math.cos(horizontal),
-            slope * math.cos(vertical),
+            float(slope) * math.cos(vertical),
         )
 
-    def _read_atmosphere(self) -> tuple[float, float, float, float]:
-        command = "TMC_GetAtmCorr"
-        reply = read_again(
-            lambda: self._ask(command, lambda s: s.tmc.get_atmospheric_corrections())
-        )
-        if reply.params is None:
-            raise BadReply(self._device, command, "no values", reply.response.encode())
-        return reply.params
+    def _values(
+        self,
+        command: str,
+        call: Callable[[GeoCom], GeoComResponse[T]],
+        timeout_s: float | None = None,
+    ) -> T:
+        """Read values, again after a missing or garbled reply."""
+
+        def read() -> T:
+            reply = self._ask(command, call, timeout_s)
+            if reply.params is None:
+                raise BadReply(self._device, command, "no values", reply.response.encode())
+            return reply.params
+
+        return read_again(read)
 
     def _ask(
         self,
@@ -203,39 +214,44 @@ class GeoComTracker:
         """Call one procedure and turn every code but 0 into an error."""
         if self._port is None or self._station is None:
             raise Unreachable(self._device, command, "not connected; call connect first")
-        self._port.timeout = timeout_s or self._reply_timeout_s
-        reply = call(self._station)
+        try:
+            self._port.timeout = timeout_s or self._reply_timeout_s
+            reply = call(self._station)
+            if reply.error in SUSPECT:
+                self._drain(self._port)
+        except SerialException as fault:
+            raise self._gone(command) from fault
         if reply.error is GeoComCode.OK:
             return reply
         raise self._error(command, reply)
 
+    def _gone(self, command: str) -> Unreachable:
+        self.close()
+        return Unreachable(
+            self._device, command, "the serial line is gone; check the cable and connect again"
+        )
+
     def _error(self, command: str, reply: GeoComResponse[Any]) -> DriverError:
         raw = reply.response.encode()
         if reply.error in LOST:
-            self.close()
-            return Unreachable(
-                self._device, command, "the serial line is gone; check the cable and connect again"
-            )
+            return self._gone(command)
         if reply.error is GeoComCode.COM_TIMEDOUT:
-            self._drain()
             return NoReply(self._device, command, "no reply in time; check that the station is on")
-        if reply.error in GARBLED:
-            self._drain()
+        if reply.error in SUSPECT:
             return BadReply(self._device, command, "the reply is garbled; check the cable", raw)
         found = REPLY.match(reply.response)
         code = "?" if found is None else found[3] if found[1] == "0" else found[1]
         advice = ADVICE.get(reply.error, "look it up in the GeoCOM manual")
         return Refused(self._device, command, f"code {code} {reply.error.name}: {advice}", raw)
 
-    def _drain(self) -> None:
+    def _drain(self, port: Serial) -> None:
         """Read until the line is quiet, then forget everything that is still buffered.
 
         Resetting the buffers alone does not help while a late reply is still on its way.
         """
-        assert self._port is not None
-        self._port.timeout = QUIET_S
+        port.timeout = QUIET_S
         end = time.monotonic() + self._measure_timeout_s
-        while self._port.read(4096) and time.monotonic() < end:
+        while port.read(4096) and time.monotonic() < end:
             pass
-        self._port.reset_input_buffer()
-        self._port.reset_output_buffer()
+        port.reset_input_buffer()
+        port.reset_output_buffer()

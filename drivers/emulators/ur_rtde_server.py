@@ -135,7 +135,10 @@ class Session:
         if wire.IN_USE in kinds or wire.NOT_FOUND in kinds:
             return bytes([0]) + ",".join(kinds).encode()
         owners.update(dict.fromkeys(names, self))
-        self._inputs.append(Recipe(names, wire.payload_format(kinds)))
+        # One name for each number, so that a vector's name stands six times.
+        fields = zip(names, kinds, strict=True)
+        numbers = [name for name, kind in fields for _ in range(wire.WIDTHS.get(kind, 1))]
+        self._inputs.append(Recipe(numbers, wire.payload_format(kinds)))
         return bytes([len(self._inputs)]) + ",".join(kinds).encode()
 
     def _start(self, _payload: bytes) -> bytes:
@@ -155,7 +158,7 @@ class Session:
         for name, value in zip(recipe.names, recipe.layout.unpack(payload[1:]), strict=True):
             if name.startswith("input_int_"):
                 registers.input_int[wire.register_index(name)] = value
-            else:
+            elif name.startswith("input_double_"):
                 registers.input_double[wire.register_index(name)] = value
         if "input_int_register_0" in recipe.names:
             registers.command_written_s = asyncio.get_running_loop().time()

@@ -26,6 +26,8 @@ FORMATS = {
     "DOUBLE": "d",
     "VECTOR6D": "6d",
 }
+WIDTHS = {"VECTOR6D": 6}
+"""Numbers in a value, where it is not one."""
 
 OUTPUT_TYPES = {
     "timestamp": "DOUBLE",
@@ -39,6 +41,8 @@ OUTPUT_TYPES = {
     "safety_status_bits": "UINT32",
     "runtime_state": "UINT32",
 }
+INPUT_TYPES = {"external_force_torque": "VECTOR6D"}
+"""Taken without effect: `ur_rtde` sets it up at every connection."""
 N_REGISTERS = 48
 
 Value = int | float | tuple[float, ...]
@@ -51,7 +55,7 @@ def output_type(name: str) -> str:
 
 def input_type(name: str) -> str:
     """Return the type of an input field, `NOT_FOUND` for one that this controller lacks."""
-    return _register_type(name, "input_")
+    return INPUT_TYPES.get(name) or _register_type(name, "input_")
 
 
 def register_index(name: str) -> int:

@@ -117,7 +117,7 @@ class ConnectedArm:
         self._check_may_start("moveJ")
         if not self._control.isProgramRunning():
             self._upload_again()
-        with self._client_errors("moveJ"):
+        with self._command("moveJ"):
             try:
                 taken = self._control.moveJ(
                     list(motion.joints), motion.speed, motion.acceleration, asynchronous=True
@@ -160,7 +160,7 @@ class ConnectedArm:
         """
         self._target = None
         if self._control.isProgramRunning():
-            with self._client_errors("stopJ"):
+            with self._command("stopJ"):
                 self._control.stopJ(STOP_DECELERATION)
         deadline_s = time.monotonic() + REST_DEADLINE_S
         while self.state().moving:
@@ -185,18 +185,17 @@ class ConnectedArm:
     def keep_alive(self) -> None:
         """Kick the watchdog where one is due, and notice a standing clock."""
         self._check_clock()
-        now_s = time.monotonic()
-        if now_s - self._kicked_s >= KICK_PERIOD_S and self._control.isProgramRunning():
-            with self._client_errors("kickWatchdog"):
+        due = time.monotonic() - self._kicked_s >= KICK_PERIOD_S
+        if due and self._control.isProgramRunning():
+            with self._command("kickWatchdog"):
                 self._control.kickWatchdog()
-            self._kicked_s = now_s
 
     def release(self) -> None:
         """Stop arm and program, and leave the rest to the end of the process."""
         if self.in_motion:
             self.stop()
         if self._control.isProgramRunning():
-            with self._client_errors("stop script"):
+            with self._command("stop script"):
                 self._control.stopScript()
 
     def _has_arrived(self, state: RobotState) -> bool:
@@ -221,7 +220,7 @@ class ConnectedArm:
         return bool(self._control.getAsyncOperationProgressEx().isAsyncOperationRunning())
 
     def _steady(self) -> bool:
-        with self._client_errors("isSteady"):
+        with self._command("isSteady"):
             return bool(self._control.isSteady())
 
     def _check_clock(self) -> None:
@@ -261,13 +260,13 @@ class ConnectedArm:
             raise Refused(self.device, "connect", f"{error}: see the pendant's log") from error
 
     def _arm_watchdog(self) -> None:
-        with self._client_errors("setWatchdog"):
+        with self._command("setWatchdog"):
             armed = self._control.setWatchdog(WATCHDOG_HZ)
         if not armed:
             raise NoReply(self.device, "setWatchdog", "the control program does not answer")
 
     def _upload_again(self) -> None:
-        with self._client_errors("reuploadScript"):
+        with self._command("reuploadScript"):
             self._control.reuploadScript()
         deadline_s = time.monotonic() + PROGRAM_START_DEADLINE_S
         while not self._control.isProgramRunning():
@@ -280,6 +279,14 @@ class ConnectedArm:
                 )
             time.sleep(WAIT_PERIOD_S)
         self._arm_watchdog()
+
+    @contextmanager
+    def _command(self, command: str) -> Iterator[None]:
+        with self._client_errors(command):
+            yield
+        # Every command writes the watchdog's register. A kick in the two cycles behind one would
+        # also make the library wait for up to 3 s where the program ends just then.
+        self._kicked_s = time.monotonic()
 
     @contextmanager
     def _client_errors(self, command: str) -> Iterator[None]:

@@ -6,6 +6,7 @@ only thing that always ends.
 
 import subprocess
 import sys
+from contextlib import suppress
 from typing import TypeVar
 
 from drivers.errors import BadReply, DriverError, NoReply, Unreachable
@@ -57,9 +58,9 @@ class Session:
         """
         command = type(request).__name__
         try:
-            self._outbox.send(request)
-            return self._expect(answer, command, deadline_s)
-        except BrokenPipeError:
+            # A child that has ended may have left its reason in the inbox.
+            with suppress(BrokenPipeError):
+                self._outbox.send(request)
             return self._expect(answer, command, deadline_s)
         except (NoReply, BadReply):
             self.kill()

@@ -1,0 +1,120 @@
+"""A world and UR controllers as processes, for the tests of the UR driver."""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+START_DEG = [0, -90, 90, -90, -90, 0]
+
+
+def address(number: int) -> str:
+    """A loopback address of this test process alone: the ports of a UR are fixed."""
+    pid = os.getpid()
+    return f"127.{64 + pid % 64}.{pid // 64 % 256}.{number}"
+
+
+def wait_until(condition: Callable[[], bool], within_s: float, period_s: float = 0.004) -> float:
+    """Wait for an event; return how long it took [s]."""
+    start_s = time.monotonic()
+    while not condition():
+        took_s = time.monotonic() - start_s
+        assert took_s < within_s, f"did not happen within {within_s} s"
+        time.sleep(period_s)
+    return time.monotonic() - start_s
+
+
+class Emulator:
+    """One emulator process."""
+
+    def __init__(self, module: str, *arguments: str) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", f"drivers.emulators.{module}", *arguments],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            cwd=ROOT,
+        )
+        self.ready = json.loads(self.process.stdout.readline())
+
+    def order(self, **order: object) -> None:
+        self.process.stdin.write(json.dumps(order).encode() + b"\n")
+        self.process.stdin.flush()
+        assert json.loads(self.process.stdout.readline())["ok"]
+
+    def close(self) -> None:
+        self.process.stdin.close()
+        assert self.process.wait(5) == 0
+        self.process.stdout.close()
+
+
+class World:
+    """A client of the world's process."""
+
+    def __init__(self, port: int) -> None:
+        self._socket = socket.create_connection(("127.0.0.1", port), 5)
+        self._lines = self._socket.makefile("rb")
+
+    def ask(self, op: str, **fields: object) -> dict:
+        self._socket.sendall(json.dumps({"op": op, **fields}).encode() + b"\n")
+        reply = json.loads(self._lines.readline())
+        assert reply["ok"], reply
+        return reply
+
+    def joints(self) -> list[float]:
+        return self.ask("robot")["joints"]
+
+    def moving(self) -> bool:
+        return self.ask("robot")["moving"]
+
+    def at_rest(self) -> bool:
+        return not self.moving()
+
+    def set_safety(self, word: str) -> None:
+        self.ask("set", name="safety", value=word)
+
+    def close(self) -> None:
+        self._lines.close()
+        self._socket.close()
+
+
+class Cell:
+    """One world and one controller at an address."""
+
+    def __init__(self, world: World, controller: Emulator, address: str) -> None:
+        self.world = world
+        self.controller = controller
+        self.address = address
+
+    def dashboard(self, command: str) -> str:
+        with socket.create_connection((self.address, 29999), 5) as connection:
+            lines = connection.makefile("rw")
+            lines.readline()
+            lines.write(f"{command}\n")
+            lines.flush()
+            return lines.readline().strip()
+
+
+@contextmanager
+def emulated_cell(folder: Path, number: int = 2, time_scale: float = 10.0) -> Iterator[Cell]:
+    """Start a world with a UR10e and its controller."""
+    config = folder / f"world{number}.json"
+    robot = str(ROOT / "robocal" / "robots" / "ur10e.yaml")
+    entries = {"robot": robot, "time_scale": time_scale, "start_joints_deg": START_DEG}
+    config.write_text(json.dumps(entries))
+    with ExitStack() as stack:
+        world_process = Emulator("world", "--config", str(config))
+        stack.callback(world_process.close)
+        port = world_process.ready["port"]
+        world = World(port)
+        stack.callback(world.close)
+        controller = Emulator(
+            "ur_controller", "--world", f"127.0.0.1:{port}", "--address", address(number)
+        )
+        stack.callback(controller.close)
+        yield Cell(world, controller, address(number))

@@ -3,12 +3,17 @@
 import os
 import pty
 import threading
+import time
 import tty
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 Exchange = tuple[bytes, bytes]
+
+PAUSE = b"{pause}"
+"""In a reply: the instrument waits `PAUSE_S` here."""
+PAUSE_S = 0.38
 
 
 def exchanges(transcript: Path) -> list[Exchange]:
@@ -42,7 +47,11 @@ def scripted_station(conversation: list[Exchange]) -> Iterator[str]:
                 expected, reply = left.pop(0)
                 if line != expected:
                     surprises.append((line, expected))
-                os.write(instrument_end, reply)
+                first, *rest = reply.split(PAUSE)
+                os.write(instrument_end, first)
+                for part in rest:
+                    time.sleep(PAUSE_S)
+                    os.write(instrument_end, part)
 
     thread = threading.Thread(target=play)
     thread.start()

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-from scripted_station import exchanges, scripted_station
+from scripted_station import PAUSE, exchanges, scripted_station
 
 from drivers.devices.geocom import Atmosphere, GeoComTracker
 from drivers.errors import BadReply, NoReply, Refused, Unreachable
@@ -162,6 +162,19 @@ def test_a_missing_or_garbled_shot_is_taken_again(broken):
         reading = station.measure()
         station.close()
     assert reading.position == pytest.approx((1.234567, 2.345678, 0.456789), abs=1e-9)
+
+
+def test_the_late_end_of_a_reply_does_not_spoil_the_next_one():
+    # The driver waits 0.3 s; the rest comes after that, but before the line has been quiet.
+    torn = SHOT[1][:30] + PAUSE + SHOT[1][30:]
+    again = (
+        checked(b"%R1Q,17017,9:2").strip(),
+        shot_reply(9, 0, SHOT[1].strip().partition(b":0")[2]),
+    )
+    with scripted_station([*START, AIM, (SHOT[0], torn), again]) as port:
+        station = tracker(port, shots=1)
+        assert station.measure().position == pytest.approx((1.234567, 2.345678, 0.456789), abs=1e-9)
+        station.close()
 
 
 def test_a_late_reply_to_an_earlier_request_is_passed_over():

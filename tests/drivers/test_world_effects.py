@@ -38,6 +38,29 @@ def test_joint_compliance_yields_to_the_moment_of_links_and_payload(arm):
     arm.set("payload_kg", 0)
 
 
+TWO_LINKS = """
+name: two-links
+convention: mdh
+joints:
+  - {type: revolute, theta_deg: 0, d_mm: 0, a_mm: 1000, alpha_deg: 0, beta_deg: 0}
+  - {type: revolute, theta_deg: 0, d_mm: 0, a_mm: 500, alpha_deg: 0, beta_deg: 0}
+links:
+  - {mass_kg: 7, com_mm: [0, 0, 0]}
+  - {mass_kg: 3, com_mm: [0, 0, 0]}
+"""
+
+
+@pytest.mark.parametrize(("joint", "moment"), [(1, 7 * 1.0 + 3 * 1.25), (2, 3 * 0.25)])
+def test_each_joint_feels_the_weights_beyond_it_about_its_own_axis(tmp_path, joint, moment):
+    (tmp_path / "two.yaml").write_text(TWO_LINKS)
+    effect = {"effect": "joint_compliance", "joint": joint, "compliance_rad_per_nm": 1e-5}
+    config = {**EXACT, "gravity": [0, -1, 0], "effects": [effect]}
+    with world(tmp_path, tmp_path / "two.yaml", **config) as arm:
+        true = arm.ask("truth", joints=[0, math.pi / 3])["true_joints"]
+    # The first link lies along x; the second, of 0.5 m, at 60 degrees reaches 0.25 m farther.
+    assert true[joint - 1] - [0, math.pi / 3][joint - 1] == pytest.approx(-1e-5 * moment * G)
+
+
 def test_a_sliding_joint_yields_to_the_weight_along_it(tmp_path):
     config = {
         **EXACT,

@@ -22,15 +22,15 @@ def frame_from_xyz_ypr(frame: Float[Array, "6"]) -> Float[Array, "4 4"]:
 def xyz_ypr_from_frame(T: Float[Array, "4 4"]) -> Float[Array, "6"]:
     """Six frame parameters [m, rad] of a homogeneous transform; pitch within ±pi/2.
 
-    At pitch = ±pi/2 yaw and roll turn about the same line; roll is then set to zero.
+    At pitch = ±pi/2 yaw and roll turn about the same line and yaw is arbitrary. Roll is what is
+    left once yaw is undone, so that next to that pitch, where yaw is badly known, the three angles
+    still stand for the same rotation.
     """
     R = T[:3, :3]
-    cos_pitch = np.hypot(R[0, 0], R[1, 0])
-    pitch = np.arctan2(-R[2, 0], cos_pitch)
-    if cos_pitch > 1e-12:
-        yaw, roll = np.arctan2(R[1, 0], R[0, 0]), np.arctan2(R[2, 1], R[2, 2])
-    else:
-        yaw, roll = np.arctan2(-R[0, 1], R[1, 1]), 0.0
+    pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
+    yaw = np.arctan2(R[1, 0], R[0, 0])
+    c, s = np.cos(yaw), np.sin(yaw)
+    roll = np.arctan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
     return np.array([*T[:3, 3], yaw, pitch, roll])
 
 

@@ -106,7 +106,7 @@ def chain(
 
 def _is_zero(value: object) -> bool:
     """True for the plain number zero; arrays are never skipped."""
-    return isinstance(value, float) and value == 0.0
+    return isinstance(value, float) and not value
 
 
 def blocks(n_poses: int, size: int = BLOCK) -> Iterator[slice]:

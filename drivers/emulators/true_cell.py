@@ -161,7 +161,8 @@ class TrueCell:
         T = self.target_pose(np.array(self._segment.joints(now)), now)
         self._readings += 1
         noise = self.config.noise
-        sigma = noise.position_mm * 1e-3 + noise.ppm * 1e-6 * float(np.linalg.norm(T[:3, 3]))
+        growing = noise.ppm * 1e-6 * float(np.linalg.norm(T[:3, 3]))
+        sigma = math.hypot(noise.position_mm * 1e-3, growing)
         position = T[:3, 3] + self._noise.normal(0.0, sigma, 3)
         turn = small_turn(self._noise.normal(0.0, noise.orientation_mrad * 1e-3, 3))
         x, y, z = (float(v) for v in position)

@@ -23,7 +23,10 @@ class GeometryError:
 
 @dataclass(frozen=True)
 class InstrumentNoise:
-    """Standard deviations of one reading: per axis `position_mm` + `ppm` of the range."""
+    """Standard deviations of one reading, per axis.
+
+    Of a position: the root of the squares of `position_mm` and of `ppm` of the range.
+    """
 
     position_mm: float = 0.015
     ppm: float = 6.0

@@ -84,7 +84,7 @@ def test_readings_scatter_by_the_instruments_noise_about_the_truth(ur10e):
     readings = [ur10e.ask("measure") for _ in range(500)]
     offsets = np.array([r["position"] for r in readings]) - truth["position"]
     reach = np.linalg.norm(truth["position"])
-    sigma = 0.015e-3 + 6e-6 * reach
+    sigma = math.sqrt(0.015e-3**2 + (6e-6 * reach) ** 2)
     # 1500 samples: the standard deviation is known to 1.8 %, the mean to sigma / sqrt(500).
     assert offsets.std() == pytest.approx(sigma, rel=0.08)
     assert np.abs(offsets.mean(axis=0)).max() < 5 * sigma / math.sqrt(500)

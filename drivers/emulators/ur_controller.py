@@ -22,7 +22,7 @@ import sys
 from collections.abc import Awaitable, Callable
 
 from .process import report_ready, until_stdin_closes
-from .ur_arm import Arm
+from .ur_arm import Arm, WorldRefusedError
 from .ur_controller_state import Controller
 from .ur_dashboard import PORT as DASHBOARD_PORT
 from .ur_dashboard import Dashboard
@@ -160,8 +160,9 @@ def main() -> None:
     arguments = parser.parse_args()
     try:
         asyncio.run(emulate(arguments.world, arguments.address))
-    except* ConnectionError as lost:
-        raise SystemExit(f"ur_controller: world {arguments.world}: {lost.exceptions[0]}") from None
+    except* (OSError, WorldRefusedError) as group:
+        fault = f"at {arguments.address}, world {arguments.world}: {group.exceptions[0]}"
+        raise SystemExit(f"ur_controller {fault}") from None
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from .ur_arm import Arm, ArmState
+from .ur_arm import Arm
 from .ur_safety import (
     MODE_IDLE,
     MODE_POWER_OFF,
@@ -37,18 +37,18 @@ class Controller:
     remote_control: bool = True
     drives_on: bool = False
     """Power is on although the brakes are closed; only looked at while the world is not ready."""
-    shown: ArmState = field(init=False)
-    """The arm as data packages show it."""
+    _shown: dict[str, Value] = field(init=False)
+    """Status fields as data packages show them."""
 
     def __post_init__(self) -> None:
-        self.shown = self.arm.state
+        self._shown = self._status()
 
     async def cycle(self, now_s: float) -> None:
         """Look at the arm and run the program once; `now_s` is real time."""
-        state = await self.arm.look()
+        await self.arm.look()
         await self.program.step(now_s)
         if not self.faults.frozen:
-            self.shown = state
+            self._shown = self._status()
 
     @property
     def robot_mode(self) -> int:
@@ -63,13 +63,13 @@ class Controller:
             return self.program.registers.output_int[register_index(name)]
         if name.startswith("output_double_register_"):
             return self.program.registers.output_double[register_index(name)]
-        return self._status(name)
+        return self._shown[name]
 
-    def _status(self, name: str) -> Value:
-        state = self.shown
+    def _status(self) -> dict[str, Value]:
+        state = self.arm.state
         safety = SAFETY[state.safety]
         power = POWER_ON if self.robot_mode != MODE_POWER_OFF else 0
-        values: dict[str, Value] = {
+        return {
             "timestamp": state.time_s,
             "actual_q": state.joints,
             "actual_qd": state.velocity,
@@ -81,4 +81,3 @@ class Controller:
             "safety_status_bits": safety.bits,
             "runtime_state": RUNTIME_PLAYING if self.program.running else RUNTIME_STOPPED,
         }
-        return values[name]

@@ -11,13 +11,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from ur_cell import ROOT, address, emulated_cell, wait_until
+from ur_cell import HERE, ROOT, address, emulated_cell, wait_until
 
 from drivers.devices.ur_rtde import UrRtde
 from drivers.errors import BadReply, NoReply, Refused, Unreachable
 from drivers.interfaces import JointMotion
 
-HERE = (0.0, -1.5707963267948966, 1.5707963267948966, -1.5707963267948966, -1.5707963267948966, 0.0)
 FAR = (3.0, *HERE[1:])
 SLOW = JointMotion(FAR, speed=0.1, acceleration=1.0, deadline_s=20.0)
 QUICK = JointMotion((0.1, *HERE[1:]), speed=1.0, acceleration=2.0, deadline_s=5.0)
@@ -133,6 +132,22 @@ def test_a_constructor_that_hangs_is_killed(tmp_path):
             robot.connect()
         assert time.monotonic() - start_s < 2.0
     assert robot.child_pid is None
+
+
+def test_a_program_killed_at_a_hanging_constructor_leaves_no_child():
+    where = address(8)
+    code = (
+        "import sys; from drivers.devices.ur_rtde import UrRtde\n"
+        "UrRtde(sys.argv[1], connect_deadline_s=1.0).connect()"
+    )
+    with half_a_controller(where, b"Connected: Universal Robots Dashboard Server\n"):
+        program = subprocess.Popen([sys.executable, "-c", code, where], cwd=ROOT)
+        children = Path(f"/proc/{program.pid}/task/{program.pid}/children")
+        wait_until(lambda: children.read_text() != "", within_s=5.0)
+        child = int(children.read_text())
+        program.kill()
+        program.wait()
+        wait_until(lambda: not process_exists(child), within_s=5.0)
 
 
 def test_something_else_than_a_controller_is_a_bad_reply():

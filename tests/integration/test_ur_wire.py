@@ -32,10 +32,16 @@ def receive(wire: socket.socket, count: int) -> bytes:
     return received
 
 
-@pytest.fixture
-def cell(tmp_path):
-    with emulated_cell(tmp_path) as started:
+@pytest.fixture(scope="module")
+def started_cell(tmp_path_factory):
+    with emulated_cell(tmp_path_factory.mktemp("cell"), number=6) as started:
         yield started
+
+
+@pytest.fixture
+def cell(started_cell):
+    started_cell.restore()
+    return started_cell
 
 
 def test_the_emulator_speaks_the_handshake_of_the_transcript(cell):

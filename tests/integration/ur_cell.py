@@ -1,6 +1,7 @@
 """A world and UR controllers as processes, for the tests of the UR driver."""
 
 import json
+import math
 import os
 import socket
 import subprocess
@@ -11,7 +12,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-START_DEG = [0, -90, 90, -90, -90, 0]
+HERE = (0.0, -math.pi / 2, math.pi / 2, -math.pi / 2, -math.pi / 2, 0.0)
+START_DEG = [math.degrees(q) for q in HERE]
 
 
 def address(number: int) -> str:
@@ -90,6 +92,16 @@ class Cell:
         self.world = world
         self.controller = controller
         self.address = address
+
+    def restore(self) -> None:
+        """Put the cell back to where every test starts."""
+        self.controller.order(fault="local_control", on=False)
+        self.world.set_safety("normal")
+        self.world.ask("stop", acceleration=1e3)
+        wait_until(self.world.at_rest, within_s=1.0)
+        self.world.ask("move", joints=list(HERE), speed=1e2, acceleration=1e3)
+        wait_until(self.world.at_rest, within_s=1.0)
+        wait_until(lambda: self.dashboard("running") == "Program running: false", within_s=1.0)
 
     def dashboard(self, command: str) -> str:
         with socket.create_connection((self.address, 29999), 5) as connection:

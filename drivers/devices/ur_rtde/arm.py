@@ -205,9 +205,10 @@ class ConnectedArm:
             self._still_since_s = now_s
             return False
         distance = max(abs(q - goal) for q, goal in zip(state.joints, target, strict=True))
-        if distance < TARGET_TOLERANCE and self._steady():
-            self._target = None
-            return True
+        if distance < TARGET_TOLERANCE:
+            arrived = self._steady()
+            self._target = None if arrived else target
+            return arrived
         if now_s - self._still_since_s > SHORT_OF_TARGET_S:
             raise Refused(
                 self.device,

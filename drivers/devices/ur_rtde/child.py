@@ -11,6 +11,7 @@ import signal
 import sys
 import threading
 import time
+from contextlib import suppress
 from typing import NoReturn
 
 from drivers.errors import BadReply, DriverError, NoReply
@@ -41,8 +42,7 @@ def main() -> None:
     try:
         arm = ConnectedArm(device, address)
     except DriverError as error:
-        outbox.send(error)
-        _leave(1)
+        _say_farewell(outbox, error)
     if sys.platform != "win32":
         signal.alarm(0)
     outbox.send(Done())
@@ -61,17 +61,17 @@ class Service:
 
     def run(self) -> NoReturn:
         """Serve until the driver closes the pipe or the connection is lost."""
-        while True:
+        try:
+            while True:
+                self._serve(self._inbox.take(TICK_S))
+        except NoReply as error:
+            _say_farewell(self._outbox, error)
+        except (EOFError, BrokenPipeError):
             try:
-                request = self._inbox.take(TICK_S)
-            except EOFError:
                 self._arm.release()
+            finally:
+                # Whatever went wrong, nobody is left to be told; the watchdog stops the arm.
                 _leave(0)
-            try:
-                self._serve(request)
-            except NoReply as error:
-                self._outbox.send(error)
-                _leave(1)
 
     def _serve(self, request: object | None) -> None:
         if request is not None:
@@ -106,9 +106,14 @@ def _watch(arm: ConnectedArm, inbox: Inbox, outbox: Outbox) -> None:
     """End the process on a lost connection, or when it does not end by itself without a driver."""
     while not inbox.closed.wait(WATCH_PERIOD_S):
         if not arm.connected():
-            outbox.send(arm.lost("the controller has closed the connection"))
-            _leave(1)
+            _say_farewell(outbox, arm.lost("the controller has closed the connection"))
     time.sleep(FAREWELL_S)
+    _leave(1)
+
+
+def _say_farewell(outbox: Outbox, error: DriverError) -> NoReturn:
+    with suppress(BrokenPipeError):
+        outbox.send(error)
     _leave(1)
 
 

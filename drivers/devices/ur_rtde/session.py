@@ -9,7 +9,7 @@ import sys
 from contextlib import suppress
 from typing import TypeVar
 
-from drivers.errors import BadReply, DriverError, NoReply, Unreachable
+from drivers.errors import BadReply, DriverError, NoReply, Refused, Unreachable, Unsafe
 
 from .messages import Done, Inbox, Outbox
 
@@ -62,7 +62,10 @@ class Session:
             with suppress(BrokenPipeError):
                 self._outbox.send(request)
             return self._expect(answer, command, deadline_s)
-        except (NoReply, BadReply):
+        except (Refused, Unsafe):
+            raise
+        except BaseException:
+            # Also after Ctrl-C: the answer that is still under way would be taken for the next.
             self.kill()
             raise
 

@@ -1,4 +1,4 @@
-"""Standard uncertainty of one reading, from what the instrument's data sheet states."""
+"""Standard uncertainty of one reading, from what the data sheets and the repeats state."""
 
 from dataclasses import dataclass
 
@@ -19,13 +19,27 @@ class InstrumentNoise:
         Part that grows with the range from the instrument [m/m].
     orientation
         Of each component of the rotation vector [rad].
+    repeatability
+        Of the robot: how far the target is off when the same pose is visited again [m].
+    orientation_repeatability
+        The same for each component of the rotation vector [rad].
     """
 
     fixed: float
     per_range: float = 0.0
     orientation: float = 5e-5
+    repeatability: float = 0.0
+    orientation_repeatability: float = 0.0
 
     def position_std(self, position: Float[Array, "row 3"]) -> Float[Array, "row"]:
         """Standard deviation of each coordinate of each position [m]."""
-        ranges = np.linalg.norm(position, axis=1)
-        return np.asarray(np.hypot(self.fixed, self.per_range * ranges))
+        return self.distance_std(np.linalg.norm(position, axis=1))
+
+    def distance_std(self, distance: Float[Array, "row"]) -> Float[Array, "row"]:
+        """Standard deviation of a coordinate or length at a range [m]."""
+        constant = np.hypot(self.fixed, self.repeatability)
+        return np.asarray(np.hypot(constant, self.per_range * distance))
+
+    def orientation_std(self) -> float:
+        """Standard deviation of each component of the rotation vector [rad]."""
+        return float(np.hypot(self.orientation, self.orientation_repeatability))

@@ -14,7 +14,7 @@ from numpy import ndarray as Array
 from robocal.calibrated import CalibratedRobot
 from robocal.compensation import Reach, compensate
 from robocal.identification.frames_start import start_frames
-from robocal.identification.problem import Observations
+from robocal.identification.observations import position_rows
 from robocal.kinematics.forward import forward_kinematics
 from robocal.kinematics.model import KinematicModel
 from robocal.planning.candidates import draw_candidates
@@ -105,14 +105,7 @@ def accuracy_before(
     measured
         Where the tracker saw the target [m].
     """
-    n = len(q_nominal)
-    rows = Observations(
-        joints=q_nominal,
-        position=np.ascontiguousarray(measured.T),
-        axes=np.zeros((3, 3, n)),
-        position_weight=np.ones(n),
-        orientation_weight=np.zeros(n),
-    )
+    rows = position_rows(q_nominal, measured, 1e-3)
     geometry = calibrated.robot.geometry
     frames = start_frames(geometry, rows)
     model = geometry.with_frames(frames.base, geometry.flange @ frames.tool)

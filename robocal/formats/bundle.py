@@ -16,6 +16,7 @@ from robocal.formats.measurements_csv import (
     unusable_rows,
 )
 from robocal.formats.robot_yaml import plain_file_name, read_frame, read_robot
+from robocal.identification.priors import Choices, own_prior
 from robocal.instrument import InstrumentNoise
 from robocal.measurements import MeasurementSet
 from robocal.robots.robot import Robot
@@ -52,6 +53,7 @@ class Bundle:
     targets: dict[str, Target]
     anchor: tuple[float, float, float] | None
     gravity: Float[Array, "3"]
+    choices: Choices
     sha256: str
 
 
@@ -68,7 +70,7 @@ def read_bundle(folder: Path) -> Bundle:
     campaign = read_fields(folder / "campaign.yaml")
     robot_file = plain_file_name(campaign, "robot")
     robot = read_robot(folder / robot_file)
-    instrument = _instrument(campaign.mapping("instrument"))
+    instrument = _instrument(campaign)
     csv_path = folder / "measurements.csv"
     measurements, split = read_measurements(csv_path, robot)
     reasons = unusable_rows(measurements)
@@ -88,6 +90,7 @@ def read_bundle(folder: Path) -> Bundle:
         targets=_targets(campaign),
         anchor=_anchor(campaign),
         gravity=_gravity(campaign),
+        choices=_choices(campaign),
         sha256=_hash(folder, ("campaign.yaml", robot_file, "measurements.csv")),
     )
     campaign.finish()
@@ -96,7 +99,9 @@ def read_bundle(folder: Path) -> Bundle:
     return bundle
 
 
-def _instrument(fields: Fields) -> InstrumentNoise:
+def _instrument(campaign: Fields) -> InstrumentNoise:
+    """What the instrument states, and what the robot's repeatability adds to it."""
+    fields = campaign.mapping("instrument")
     fields.text("kind", "laser_tracker")
     fixed = fields.number("sigma_mm")
     ppm = fields.number("sigma_ppm", 0.0)
@@ -107,7 +112,37 @@ def _instrument(fields: Fields) -> InstrumentNoise:
     if ppm < 0:
         raise fields.error("sigma_ppm", f"must not be negative, not {ppm:g}")
     fields.finish()
-    return InstrumentNoise(fixed * 1e-3, ppm * 1e-6, mrad * 1e-3)
+    robot_mm, robot_mrad = 0.0, 0.0
+    if "repeatability" in campaign:
+        repeatability = campaign.mapping("repeatability")
+        robot_mm = repeatability.number("sigma_mm")
+        robot_mrad = repeatability.number("sigma_mrad", 0.0)
+        if min(robot_mm, robot_mrad) < 0:
+            raise repeatability.error("sigma_mm", "and sigma_mrad must not be negative")
+        repeatability.finish()
+    return InstrumentNoise(
+        fixed * 1e-3, ppm * 1e-6, mrad * 1e-3, robot_mm * 1e-3, robot_mrad * 1e-3
+    )
+
+
+def _choices(campaign: Fields) -> Choices:
+    """Parameters that the campaign fixes, frees, or gives a prior of their own."""
+    if "parameters" not in campaign:
+        return Choices()
+    fields = campaign.mapping("parameters")
+    fixed = frozenset(fields.texts("fixed") if "fixed" in fields else ())
+    free = frozenset(fields.texts("free") if "free" in fields else ())
+    prior_std = {}
+    if "prior_std" in fields:
+        priors = fields.mapping("prior_std")
+        for key in priors.names():
+            try:
+                name, value = own_prior(key, priors.number(key))
+            except ValueError as error:
+                raise priors.error(key, str(error)) from None
+            prior_std[name] = value
+    fields.finish()
+    return Choices(fixed, free, prior_std)
 
 
 def _frame(campaign: Fields, name: str) -> Float[Array, "6"] | None:

@@ -29,14 +29,17 @@ def identification_document(result: Identification) -> dict[str, object]:
         "strategy": result.strategy,
         "iterations": result.iterations,
         "converged": result.converged,
-        "chi_square": result.chi_square,
-        "degrees_of_freedom": result.nu,
+        "adequacy": _adequacy(result),
         "residuals": {
             "fit": _residuals(result.fit),
             "held_out": {} if result.held_out is None else _residuals(result.held_out),
             "before": _residuals(result.before),
         },
         "rejected_rows": [asdict(row) for row in result.rejected],
+        "suspect_held_out_rows": [asdict(row) for row in result.suspect],
+        "targets": _targets(result),
+        "anchor": _point(result, "anchor"),
+        "station_drift": _drift(result),
         "bundle_sha256": result.bundle_sha256,
     }
 
@@ -63,6 +66,59 @@ def _parameters(result: Identification) -> list[dict[str, object]]:
                 row["reason"] = result.reasons[name]
             rows.append(row)
     return rows
+
+
+def _adequacy(result: Identification) -> dict[str, object]:
+    adequacy = result.adequacy
+    judged = adequacy.nu > 0
+    return {
+        "verdict": "adequate" if adequacy.adequate else "inadequate",
+        "reduced_chi_square": adequacy.reduced_chi_square if judged else None,
+        "degrees_of_freedom": adequacy.nu,
+        "band99": [adequacy.low, adequacy.high] if judged else None,
+        "sentence": adequacy.sentence,
+    }
+
+
+def _targets(result: Identification) -> dict[str, object]:
+    """Nests on the tool, in the flange frame."""
+    return {name: _point(result, f"target_{name}") for name in result.cell.place_names}
+
+
+def _point(result: Identification, prefix: str) -> dict[str, object] | None:
+    """A point by its three parameters, None where the cell has none of that name."""
+    names = result.cell.names
+    if f"{prefix}_x" not in names:
+        return None
+    first = names.index(f"{prefix}_x")
+    part = slice(first, first + 3)
+    return {
+        "xyz_mm": [float(value) * 1e3 for value in result.cell.vector[part]],
+        "std": [float(value) * 1e3 for value in result.std[part]],
+        "status": [result.status(name).value for name in names[part]],
+    }
+
+
+def _drift(result: Identification) -> dict[str, object] | None:
+    """Motion of the station since its nests were first visited."""
+    drift = result.drift
+    if drift is None:
+        return None
+    return {
+        "removed": drift.significant,
+        "p_value": drift.p_value,
+        "largest_mm": drift.largest * 1e3,
+        "visits": [
+            {
+                "t_s": float(time),
+                "translation_mm": [float(value) * 1e3 for value in translation],
+                "rotation_mrad": [float(value) * 1e3 for value in rotation],
+            }
+            for time, translation, rotation in zip(
+                drift.time, drift.translation, drift.rotation, strict=True
+            )
+        ],
+    }
 
 
 def _frame_std(result: Identification, which: str) -> list[float]:

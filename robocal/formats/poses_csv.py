@@ -1,5 +1,6 @@
 """Tables of joints, and of the tool poses that a model predicts for them."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,7 @@ def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> int:
         line = table.lines[int(np.argmax(missing))]
         raise BadInput(f"{table.file} line {line}", "a joint reading is missing")
     T = calibrated.tool_poses(q)
-    columns: dict[str, tuple[str, ...]] = {name: table.text(name) for name in table.header}
+    columns: dict[str, Sequence[str]] = {name: table.text(name) for name in table.header}
     for axis, name in enumerate(POSITION):
         columns[name] = _cells(T[:, axis, 3] * 1e3, 7)
     quaternion = quaternion_from_rotation(T[:, :3, :3])
@@ -54,13 +55,15 @@ def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> int:
 
 def write_plan(path: Path, robot: Robot, q: Float[Array, "pose joint"]) -> None:
     """Joints to drive to, one row a pose, in file units."""
-    columns = {"pose": tuple(str(number) for number in range(1, len(q) + 1))}
+    columns: dict[str, Sequence[str]] = {
+        "pose": tuple(str(number) for number in range(1, len(q) + 1))
+    }
     for joint, name in enumerate(joint_columns(robot)):
         columns[name] = _cells(q[:, joint] / robot.joint_scale[joint], 6)
     _write(path, columns)
 
 
-def _write(path: Path, columns: dict[str, tuple[str, ...]]) -> None:
+def _write(path: Path, columns: dict[str, Sequence[str]]) -> None:
     try:
         write_table(path, columns)
     except OSError as error:

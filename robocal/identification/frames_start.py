@@ -1,9 +1,9 @@
-r"""Start values of base and tool frame in closed form, without any guess.
+r"""Start values of base, tool and nests in closed form, without any guess.
 
 With nominal flange poses :math:`(R_i, P_i)` in the robot base and unknown base rotation
-:math:`B`, the measured positions obey :math:`B^T p_i = P_i + R_i t + s` (`t` the tool point in the
-flange, `s` the turned base offset) and the measured orientations
-:math:`R_i^T B^T M_i = R_t`. Both are linear in the nine entries of `B`, and `t`, `s`, `R_t`
+:math:`B`, the measured positions obey :math:`B^T p_i = P_i + R_i t + s` (`t` the tool point or
+nest in the flange, `s` the turned base offset) and the measured orientations
+:math:`R_i^T B^T M_i = R_t`. Both are linear in the nine entries of `B`, and all `t`, `s`, `R_t`
 are eliminated by projection, so what remains is one quadratic form over SO(3), minimised from many
 starts at once. It serves full poses (the `A X = Z B` problem), positions alone, and mixtures.
 
@@ -16,11 +16,12 @@ References
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from robocal.frames import nearest_rotation, rotation_from_quaternion
-from robocal.identification.problem import Observations
+from robocal.frames import nearest_rotation
+from robocal.identification.observations import Observations
+from robocal.identification.rotation_search import minimise_on_rotations
 from robocal.kinematics.forward import forward_kinematics
 from robocal.kinematics.model import KinematicModel
 
@@ -28,67 +29,76 @@ _GEOMETRY_LENGTH = 1e-3
 """How far a nominal robot misses its position; weighs positions against orientations [m]"""
 _GEOMETRY_ANGLE = 2e-3
 """The same for its orientation [rad]"""
-_N_STARTS = 400
-_N_REFINED = 6
 _MAX_ROWS = 600
 
 
 @dataclass(frozen=True)
 class FramesStart:
-    """Base in the measuring frame and tool in the flange frame."""
+    """Base in the measuring frame; tool and nests in the flange frame."""
 
     base: Float[Array, "4 4"]
     tool: Float[Array, "4 4"]
+    """Rotation is the identity without orientation rows, place the origin without tool rows."""
+    places: Float[Array, "place 3"]
+    """Zero for nests without position rows."""
 
 
-def start_frames(geometry: KinematicModel, rows: Observations) -> FramesStart:
-    """Base and tool frames that fit the nominal geometry best.
+def start_frames(geometry: KinematicModel, rows: Observations, n_places: int = 0) -> FramesStart:
+    """Base, tool and nests that fit the nominal geometry best.
 
     Parameters
     ----------
     geometry
         Nominal robot; its own base and tool frames are ignored.
     rows
-        Measured rows; at most 600 of them are used, evenly spread.
-
-    Returns
-    -------
-    FramesStart
-        The tool's rotation is the identity where no row has an orientation.
+        Measured rows with positions among them; at most 600 are used, evenly spread.
+    n_places
+        Number of nests on the tool.
     """
-    chosen = np.unique(np.linspace(0, len(rows) - 1, _MAX_ROWS).astype(int))
-    bare = KinematicModel(
-        geometry.links, geometry.prismatic, mount=geometry.mount, flange=geometry.flange
-    )
-    T = forward_kinematics(bare, rows.joints[chosen])
+    rows = rows.choose(rows.position_weight > 0).evenly(_MAX_ROWS)
+    T = nominal_flange(geometry, rows.joints)
     R, P = T[:, :3, :3], T[:, :3, 3]
-    p = rows.position[:, chosen].T
-    turned = rows.orientation_weight[chosen] > 0
-    M = np.moveaxis(rows.axes[:, :, chosen], 2, 0)[turned]
+    p = rows.position.T
+    turned = (rows.orientation_weight > 0) & (rows.place < 0)
+    M = np.moveaxis(rows.axes, 2, 0)[turned]
 
-    G, target, eliminated = _position_system(p, P, R)
+    G, target, eliminated = _position_system(p, P, R, rows.place + 1, n_places + 1)
     A = G.T @ G / _GEOMETRY_LENGTH**2
     b = G.T @ target / _GEOMETRY_LENGTH**2
     if turned.any():
         A += _orientation_form(R[turned], M) / _GEOMETRY_ANGLE**2
-    B = _minimise_on_rotations(A, b)
+    B = minimise_on_rotations(A, b)
 
     difference = (p @ B - P).ravel()
-    t_s = np.linalg.lstsq(eliminated, difference, rcond=1e-10)[0]
+    solved = np.linalg.lstsq(eliminated, difference, rcond=1e-10)[0].reshape(-1, 3)
     base, tool = np.eye(4), np.eye(4)
-    base[:3, :3], base[:3, 3] = B, B @ t_s[3:]
-    tool[:3, 3] = t_s[:3]
+    base[:3, :3], base[:3, 3] = B, B @ solved[-1]
+    tool[:3, 3] = solved[0]
     if turned.any():
         tool[:3, :3] = nearest_rotation(
             np.einsum("mji,jk,mkl->il", R[turned], B.T, M) / np.count_nonzero(turned)
         )
-    return FramesStart(base, tool)
+    return FramesStart(base, tool, solved[1:-1])
+
+
+def nominal_flange(
+    geometry: KinematicModel, q: Float[Array, "pose joint"]
+) -> Float[Array, "pose 4 4"]:
+    """Flange poses of the nominal robot in its own base."""
+    bare = KinematicModel(
+        geometry.links, geometry.prismatic, mount=geometry.mount, flange=geometry.flange
+    )
+    return forward_kinematics(bare, q)
 
 
 def _position_system(
-    p: Float[Array, "row 3"], P: Float[Array, "row 3"], R: Float[Array, "row 3 3"]
-) -> tuple[Float[Array, "scalar 9"], Float[Array, "scalar"], Float[Array, "scalar 6"]]:
-    """Rows of B^T p = P with tool point and base offset projected out, and what was projected.
+    p: Float[Array, "row 3"],
+    P: Float[Array, "row 3"],
+    R: Float[Array, "row 3 3"],
+    point: Int[Array, "row"],
+    n_points: int,
+) -> tuple[Float[Array, "scalar 9"], Float[Array, "scalar"], Float[Array, "scalar _"]]:
+    """Rows of B^T p = P with all tool points and the base offset projected out, and these columns.
 
     B is flattened row by row: entry (b, a) multiplies p_b in component a of B^T p.
     """
@@ -96,8 +106,10 @@ def _position_system(
     G = np.zeros((n_rows, 3, 3, 3))
     for a in range(3):
         G[:, a, :, a] = p
-    eliminated = np.concatenate([R, np.broadcast_to(np.eye(3), R.shape)], axis=2)
-    Z = eliminated.reshape(3 * n_rows, 6)
+    eliminated = np.zeros((n_rows, 3, n_points + 1, 3))
+    eliminated[np.arange(n_rows), :, point] = R
+    eliminated[:, :, -1] = np.eye(3)
+    Z = eliminated.reshape(3 * n_rows, -1)
     U, sigma, _ = np.linalg.svd(Z, full_matrices=False)
     U = U[:, sigma > 1e-9 * sigma[0]]
     flat = G.reshape(3 * n_rows, 9)
@@ -114,51 +126,3 @@ def _orientation_form(
     """
     mean_map = np.einsum("mca,mdb->abdc", R, M).reshape(9, 9) / len(R)
     return np.asarray(len(R) * (np.eye(9) - mean_map.T @ mean_map))
-
-
-def _minimise_on_rotations(A: Float[Array, "9 9"], b: Float[Array, "9"]) -> Float[Array, "3 3"]:
-    """The rotation B with the least vec(B)^T A vec(B) - 2 b^T vec(B), from a spread of starts."""
-    quaternions = np.random.default_rng(0).normal(size=(_N_STARTS, 4))
-    starts = rotation_from_quaternion(quaternions)
-    flat = starts.reshape(-1, 9)
-    values = np.einsum("mi,ij,mj->m", flat, A, flat) - 2.0 * flat @ b
-    best: Float[Array, "3 3"] = starts[0]
-    best_value = np.inf
-    for index in np.argsort(values)[:_N_REFINED]:
-        B, value = _descend(starts[index], A, b)
-        if value < best_value:
-            best, best_value = B, value
-    return best
-
-
-def _descend(
-    B: Float[Array, "3 3"], A: Float[Array, "9 9"], b: Float[Array, "9"]
-) -> tuple[Float[Array, "3 3"], float]:
-    """Damped Newton over small turns from the left."""
-
-    def value_of(rotation: Float[Array, "3 3"]) -> float:
-        flat = rotation.ravel()
-        return float(flat @ A @ flat - 2.0 * b @ flat)
-
-    generators = np.zeros((3, 3, 3))
-    for k, (i, j) in enumerate(((2, 1), (0, 2), (1, 0))):
-        generators[k, i, j], generators[k, j, i] = 1.0, -1.0
-    value, damping = value_of(B), 1e-3
-    for _ in range(60):
-        L = np.stack([(S @ B).ravel() for S in generators], axis=1)
-        gradient = L.T @ (A @ B.ravel() - b)
-        hessian = L.T @ A @ L
-        size = np.trace(hessian) / 3.0 + 1e-300
-        step = -np.linalg.solve(hessian + damping * size * np.eye(3), gradient)
-        trial = nearest_rotation((np.eye(3) + np.tensordot(step, generators, 1)) @ B)
-        trial_value = value_of(trial)
-        if trial_value < value:
-            done = value - trial_value < 1e-12 * abs(value)
-            B, value, damping = trial, trial_value, max(0.2 * damping, 1e-9)
-            if done:
-                break
-        else:
-            damping *= 8.0
-            if damping > 1e9:
-                break
-    return B, value

@@ -1,168 +1,257 @@
 """From a bundle to the identified robot."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from robocal.errors import BadInput
-from robocal.formats.bundle import Bundle
+from robocal.formats.bundle import Bundle, RejectedRow
 from robocal.frames import frame_from_xyz_ypr
+from robocal.identification.adequacy import judge
+from robocal.identification.cell_model import AXES, CellModel
 from robocal.identification.frames_start import start_frames
-from robocal.identification.problem import (
-    Observations,
-    observations,
-    residuals,
-    whitened_jacobian,
-)
-from robocal.identification.redundancy import Redundancy, find_redundancy
+from robocal.identification.lengths_start import locate_anchor, start_from_lengths
+from robocal.identification.observations import Observations, observations
+from robocal.identification.outliers import RowScores, score_rows
+from robocal.identification.priors import Choices
+from robocal.identification.problem import residuals
 from robocal.identification.result import Identification, ResidualSummary
 from robocal.identification.simultaneous import identify_simultaneously
+from robocal.identification.solve import (
+    Solution,
+    covariance_of,
+    frames_alone,
+    solve_without_outliers,
+)
+from robocal.identification.station_drift import StationDrift, find_drift, remove_drift
 from robocal.identification.strategies import STRATEGIES
-from robocal.identification.strategy import Problem
-from robocal.kinematics.model import KinematicModel, parameter_is_angle
+from robocal.measurements import MeasurementSet
 
-PRIOR_LENGTH = 1e-3
-"""How far a link length may be off its nominal value, one standard deviation [m]"""
-PRIOR_ANGLE = 5e-3
-"""The same for a link angle [rad]"""
 DEFAULT_STRATEGY = "simultaneous"
-_STRUCTURE_ROWS = 400
 
 
-def identify(bundle: Bundle, strategy: str = DEFAULT_STRATEGY) -> Identification:
-    """Identify geometry, base and tool from the fit rows of a bundle.
+@dataclass(frozen=True)
+class Prepared:
+    """A bundle made ready to fit: rows in one frame, a start, and what must not move."""
+
+    rows: MeasurementSet
+    """Rows of the tool and its nests; the station's drift is taken out."""
+    place_names: tuple[str, ...]
+    start: CellModel
+    choices: Choices
+    drift: StationDrift | None
+
+    def observe(self, bundle: Bundle, chosen: Bool[Array, "row"]) -> Observations:
+        """Some of the rows, weighted by the instrument."""
+        return observations(self.rows.rows(chosen), bundle.instrument, self.place_names)
+
+
+def identify(
+    bundle: Bundle, strategy: str = DEFAULT_STRATEGY, choices: Choices | None = None
+) -> Identification:
+    """Identify geometry, base, tool and nests from the fit rows of a bundle.
 
     Parameters
     ----------
     bundle
-        Measured poses or positions.
+        Full poses, positions, lengths from an anchor, or any mixture.
     strategy
         One of `strategies.STRATEGIES`.
+    choices
+        Parameters to fix, to free, or with priors of their own; the bundle's if None.
 
     Raises
     ------
     BadInput
-        If the rows hold fewer numbers than there are parameters, or kinds of rows that this
-        identification cannot use.
+        If the rows hold fewer numbers than there are parameters, or a name is unknown.
     """
     if strategy not in STRATEGIES:
         known = ", ".join(STRATEGIES)
         raise BadInput(f"strategy '{strategy}'", f"is not known; known are {known}")
-    _refuse_other_rows(bundle)
-    fit_rows = observations(bundle.measurements.fit_rows, bundle.instrument)
-    _refuse_too_few(bundle, fit_rows)
-    nominal = bundle.robot.geometry
-    start = _start(bundle, fit_rows)
-    redundancy = _structure(start, fit_rows)
-    free = np.flatnonzero(redundancy.identified | redundancy.weak)
-    problem = Problem(start, fit_rows, free, prior_precision(start))
-    fit = STRATEGIES[strategy](problem)
-    before = identify_simultaneously(
-        replace(problem, free=problem.free[problem.free >= 5 * start.n_joints])
+    ready = prepare(bundle, bundle.choices if choices is None else choices)
+    rows = ready.observe(bundle, ~ready.rows.held_out)
+    how = STRATEGIES[strategy]
+    before = frames_alone(ready.start, rows, ready.choices, identify_simultaneously)
+    solution = solve_without_outliers(before.cell, rows, ready.choices, how)
+    held_out = ready.observe(bundle, ready.rows.held_out) if ready.rows.held_out.any() else None
+    return _result(bundle, ready, strategy, solution, rows, held_out, before.cell)
+
+
+def prepare(bundle: Bundle, choices: Choices) -> Prepared:
+    """Take the station's drift out, and find a start in closed form."""
+    fixed_names = {name for name, target in bundle.targets.items() if target.fixed}
+    of_fixed = np.array([name in fixed_names for name in bundle.measurements.target], dtype=bool)
+    drift = None
+    rows = bundle.measurements
+    if of_fixed.any():
+        drift = find_drift(rows, of_fixed, bundle.instrument)
+        if drift is not None and drift.significant:
+            rows = remove_drift(rows, drift)
+        rows = rows.rows(~of_fixed)
+    _refuse_unknown_targets(bundle)
+    if not len(rows.fit_rows):
+        raise BadInput("measurements.csv", "no row is left to fit: all are held out or of nests")
+    seen = {name for name in rows.target if name}
+    place_names = tuple(
+        name for name, target in bundle.targets.items() if name in seen and not target.fixed
     )
-    held_out = None
-    if bundle.measurements.held_out.any():
-        held_out = observations(bundle.measurements.held_out_rows, bundle.instrument)
-    return Identification(
-        nominal=nominal,
-        model=fit.model.with_frames_as_origin(),
-        free=problem.free,
-        covariance=np.linalg.inv(fit.minimum.hessian),
-        reasons=redundancy.reasons,
-        fixed=frozenset(),
-        rank=redundancy.rank,
-        condition=redundancy.condition,
-        strategy=strategy,
-        iterations=fit.iterations,
-        converged=fit.converged,
-        fit=summarise(fit.model, fit_rows),
-        held_out=None if held_out is None else summarise(fit.model, held_out),
-        before=summarise(before.model, fit_rows if held_out is None else held_out),
-        rejected=bundle.rejected,
-        bundle_sha256=bundle.sha256,
-        chi_square=2.0 * fit.minimum.equations.cost,
-        nu=fit_rows.n_scalars - redundancy.rank,
+    fit_rows = observations(rows.fit_rows, bundle.instrument, place_names)
+    _refuse_too_few(bundle, fit_rows, place_names)
+    start = _start(bundle, fit_rows, place_names)
+    choices = _with_known_places(bundle, choices, place_names)
+    if not fit_rows.has_position and fit_rows.has_distance:
+        anchor = frozenset(f"anchor_{axis}" for axis in AXES)
+        choices = replace(choices, fixed=choices.fixed | anchor)
+    choices.check(start.names)
+    return Prepared(rows, place_names, start, choices, drift)
+
+
+def _start(bundle: Bundle, rows: Observations, place_names: tuple[str, ...]) -> CellModel:
+    """Nominal links; frames, nests and anchor at their closed-form start.
+
+    What the rows do not see, the tool's rotation say, is taken from the campaign's guesses.
+    """
+    geometry = bundle.robot.geometry
+    anchor = np.zeros(3) if bundle.anchor is None else np.array(bundle.anchor)
+    if rows.has_position:
+        frames = start_frames(geometry, rows, len(place_names))
+    else:
+        frames = start_from_lengths(geometry, rows, anchor, len(place_names))
+    tool = frames.tool.copy()
+    if bundle.tool_guess is not None:
+        guess = frame_from_xyz_ypr(bundle.tool_guess)
+        if not rows.has_orientation:
+            tool[:3, :3] = guess[:3, :3]
+        if not (rows.place < 0).any():
+            tool[:3, 3] = guess[:3, 3]
+    robot = geometry.with_frames(frames.base, geometry.flange @ tool).with_frames_as_origin()
+    places = frames.places.copy()
+    for index, name in enumerate(place_names):
+        known = bundle.targets[name].place
+        if known is not None:
+            places[index] = known
+    cell = CellModel(robot, geometry.flange, place_names, places)
+    if not rows.has_distance:
+        return cell
+    cell = replace(cell, anchor=anchor)
+    if rows.has_position and bundle.anchor is None:
+        measured = rows.choose(rows.distance_weight > 0)
+        points = -residuals(cell, _as_positions(measured)).position.T
+        cell = replace(cell, anchor=locate_anchor(points, measured.distance))
+    return cell
+
+
+def _as_positions(rows: Observations) -> Observations:
+    """The same joints with a position of zero, whose residual is the prediction's negative."""
+    nothing = np.zeros(len(rows))
+    return replace(
+        rows,
+        position=np.zeros((3, len(rows))),
+        position_weight=np.ones(len(rows)),
+        orientation_weight=nothing,
+        distance_weight=nothing,
     )
 
 
-def _structure(start: KinematicModel, rows: Observations) -> Redundancy:
-    """What the rows can tell apart, judged on some of them that stand for all."""
-    few = _evenly(rows, _STRUCTURE_ROWS)
-    J = whitened_jacobian(start, few, np.arange(start.n_parameters))
-    J *= np.sqrt(len(rows) / len(few))
-    with np.errstate(divide="ignore"):
-        prior_std = 1.0 / np.sqrt(prior_precision(start))
-    return find_redundancy(J, start, np.ones(start.n_parameters, dtype=bool), prior_std)
+def _with_known_places(bundle: Bundle, choices: Choices, place_names: tuple[str, ...]) -> Choices:
+    """Nests whose place the campaign states are held there, unless asked for otherwise."""
+    known = [
+        f"target_{name}_{axis}"
+        for name in place_names
+        if bundle.targets[name].place is not None
+        for axis in AXES
+    ]
+    asked = choices.free | choices.prior_std.keys()
+    return replace(choices, fixed=choices.fixed | (frozenset(known) - asked))
 
 
-def prior_precision(model: KinematicModel) -> Float[Array, "parameter"]:
-    """Inverse variance of every parameter before any measurement; zero for the two frames."""
-    angle = parameter_is_angle(model.n_joints)
-    precision = np.where(angle, PRIOR_ANGLE**-2, PRIOR_LENGTH**-2)
-    precision[5 * model.n_joints :] = 0.0
-    return np.asarray(precision)
-
-
-def summarise(model: KinematicModel, rows: Observations) -> ResidualSummary:
+def summarise(cell: CellModel, rows: Observations) -> ResidualSummary:
     """Size of the residuals over some rows."""
-    position, orientation = residuals(model, rows)
-    distance = np.linalg.norm(position, axis=0)
+    found = residuals(cell, rows)
+    size = np.linalg.norm(found.position, axis=0)
+    located = rows.position_weight > 0
+    if not located.any():
+        size, located = np.abs(found.distance), rows.distance_weight > 0
+    size = size[located]
     turned = rows.orientation_weight > 0
-    angle = np.linalg.norm(orientation[:, turned], axis=0)
+    angle = np.linalg.norm(found.orientation[:, turned], axis=0)
     return ResidualSummary(
         rows=len(rows),
-        position_rms=float(np.sqrt(np.mean(distance**2))),
-        position_mean=float(distance.mean()),
-        position_max=float(distance.max()),
+        position_rms=float(np.sqrt(np.mean(size**2))) if len(size) else 0.0,
+        position_mean=float(size.mean()) if len(size) else 0.0,
+        position_max=float(size.max(initial=0.0)),
         orientation_rms=float(np.sqrt(np.mean(angle**2))) if turned.any() else None,
     )
 
 
-def _start(bundle: Bundle, rows: Observations) -> KinematicModel:
-    """Nominal links with both frames at their closed-form start.
+def _result(
+    bundle: Bundle,
+    ready: Prepared,
+    strategy: str,
+    solution: Solution,
+    rows: Observations,
+    held_out: Observations | None,
+    before: CellModel,
+) -> Identification:
+    fit, problem = solution.fit, solution.problem
+    cell = fit.cell
+    lines = ready.rows.lines[~ready.rows.held_out]
+    rejected = _named(lines, solution.scores, ~solution.used)
+    suspect: tuple[RejectedRow, ...] = ()
+    if held_out is not None:
+        took_part = np.zeros(len(held_out), dtype=bool)
+        scale = solution.scores.scale
+        scores = score_rows(cell, held_out, problem.free, covariance_of(fit), took_part, scale)
+        suspect = _named(ready.rows.lines[ready.rows.held_out], scores, scores.outlying)
+    return Identification(
+        nominal=bundle.robot.geometry,
+        cell=replace(cell, geometry=cell.geometry.with_frames_as_origin()),
+        free=problem.free,
+        covariance=solution.covariance,
+        reasons=solution.redundancy.reasons,
+        fixed=ready.choices.fixed,
+        rank=solution.redundancy.rank,
+        condition=solution.redundancy.condition,
+        strategy=strategy,
+        iterations=fit.iterations,
+        converged=fit.converged,
+        adequacy=judge(solution.chi_square, solution.nu),
+        fit=summarise(cell, rows.choose(solution.used)),
+        held_out=None if held_out is None else summarise(cell, held_out),
+        before=summarise(before, rows if held_out is None else held_out),
+        rejected=(*bundle.rejected, *rejected),
+        suspect=suspect,
+        drift=ready.drift,
+        bundle_sha256=bundle.sha256,
+    )
 
-    The tool's rotation, which positions do not see, is taken from the campaign's guess.
-    """
-    frames = start_frames(bundle.robot.geometry, rows)
-    tool = frames.tool
-    if not rows.has_orientation and bundle.tool_guess is not None:
-        tool = tool.copy()
-        tool[:3, :3] = frame_from_xyz_ypr(bundle.tool_guess)[:3, :3]
-    # The closed form puts the whole flange-to-target transform into the tool.
-    flange = bundle.robot.geometry.flange
-    return bundle.robot.geometry.with_frames(frames.base, flange @ tool).with_frames_as_origin()
+
+def _named(
+    lines: Float[Array, "row"] | Array, scores: RowScores, which: Bool[Array, "row"]
+) -> tuple[RejectedRow, ...]:
+    return tuple(
+        RejectedRow(int(lines[row]), f"outlier, {scores.sigmas[row]:.1f} sigma")
+        for row in np.flatnonzero(which)
+    )
 
 
-def _evenly(rows: Observations, most: int) -> Observations:
-    """At most so many rows, evenly spread."""
-    chosen: Bool[Array, "row"] = np.zeros(len(rows), dtype=bool)
-    chosen[np.unique(np.linspace(0, len(rows) - 1, most).astype(int))] = True
-    return rows.choose(chosen)
-
-
-def _refuse_other_rows(bundle: Bundle) -> None:
+def _refuse_unknown_targets(bundle: Bundle) -> None:
     rows = bundle.measurements
-    for row in np.flatnonzero(np.isfinite(rows.distance)):
-        raise BadInput(
-            f"measurements.csv line {rows.lines[row]}",
-            "distances cannot be identified from yet; leave distance_mm empty",
-        )
     for line, target in zip(rows.lines, rows.target, strict=True):
-        if target:
+        if target and target not in bundle.targets:
+            known = ", ".join(bundle.targets) or "none"
             raise BadInput(
                 f"measurements.csv line {line}",
-                f"target '{target}': several targets cannot be identified from yet",
+                f"target '{target}' is not listed in campaign.yaml (listed: {known})",
             )
-    if not len(rows.fit_rows):
-        raise BadInput("measurements.csv", "every row is held out; none is left to fit")
 
 
-def _refuse_too_few(bundle: Bundle, rows: Observations) -> None:
-    wanted = _wanted(bundle, rows)
+def _refuse_too_few(bundle: Bundle, rows: Observations, place_names: tuple[str, ...]) -> None:
+    wanted = _wanted(bundle, rows, place_names)
     if rows.n_scalars < wanted:
-        least = -(-wanted * len(rows) // rows.n_scalars)
+        least = -(-wanted * len(rows) // max(rows.n_scalars, 1))
         raise BadInput(
             f"measurements.csv lines {bundle.measurements.lines[0]} to "
             f"{bundle.measurements.lines[-1]}",
@@ -171,9 +260,12 @@ def _refuse_too_few(bundle: Bundle, rows: Observations) -> None:
         )
 
 
-def _wanted(bundle: Bundle, rows: Observations) -> int:
-    """Parameters that good data determine: 4 a revolute joint, 2 a prismatic one, 6 more."""
+def _wanted(bundle: Bundle, rows: Observations, place_names: tuple[str, ...]) -> int:
+    """Parameters that good data determine: 4 a revolute joint, 2 a prismatic one, frames."""
     geometry = bundle.robot.geometry
     prismatic = int(np.count_nonzero(geometry.prismatic))
-    full = 4 * (geometry.n_joints - prismatic) + 2 * prismatic + 6
-    return full if rows.has_orientation else full - 3
+    chain = 4 * (geometry.n_joints - prismatic) + 2 * prismatic
+    if rows.has_orientation:
+        return chain + 6 + 3 * len(place_names)
+    points = len(np.unique(rows.place))
+    return chain + 3 * points - (0 if rows.has_position else 3)

@@ -41,6 +41,8 @@ class Minimum:
     """At `x`, without the prior."""
     hessian: Float[Array, "free free"]
     """With the prior."""
+    cost: float
+    """With the prior."""
     iterations: int
     converged: bool
 
@@ -75,7 +77,7 @@ def levenberg_marquardt(
         step = -np.linalg.solve(scaled + damping * np.eye(len(x)), gradient / scale) / scale
         promised = -(gradient @ step + 0.5 * step @ hessian @ step)
         if promised <= _COST_TOLERANCE * max(cost, 1.0):
-            return Minimum(x, data, hessian, iteration, converged=True)
+            return Minimum(x, data, hessian, cost, iteration, converged=True)
         trial = linearise(x + step)
         trial_cost, trial_gradient, trial_hessian = _with_prior(trial, prior, x + step)
         gain = (cost - trial_cost) / promised
@@ -89,8 +91,8 @@ def levenberg_marquardt(
             damping *= growth
             growth *= 2.0
             if damping > 1e12:
-                return Minimum(x, data, hessian, iteration, converged=True)
-    return Minimum(x, data, hessian, max_iterations, converged=False)
+                return Minimum(x, data, hessian, cost, iteration, converged=True)
+    return Minimum(x, data, hessian, cost, max_iterations, converged=False)
 
 
 def _with_prior(

@@ -1,110 +1,62 @@
-r"""The least-squares problem: whitened residuals of measured rows and their derivatives.
+r"""Whitened residuals of measured rows and their derivatives.
 
-Residual = measured - predicted. For positions it is the difference in the measuring frame over the
-instrument's standard deviation; for orientations the rotation vector of
-:math:`R_{measured} R_{predicted}^T` over that of the orientation. Priors enter as further rows.
+Residual = measured - predicted. For positions and lengths it is the difference over the standard
+deviation; for orientations the rotation vector of :math:`R_{measured} R_{predicted}^T` over that of
+the orientation.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from robocal.frames import rotation_from_quaternion, rotation_vector
-from robocal.instrument import InstrumentNoise
+from robocal.frames import rotation_vector
+from robocal.identification.cell_model import CellModel
+from robocal.identification.observations import Observations
 from robocal.kinematics.forward import Columns, blocks, walk
 from robocal.kinematics.jacobian import pose_jacobian
-from robocal.kinematics.model import KinematicModel
-from robocal.measurements import MeasurementSet
 
 _BLOCK = 1000
 _NEAR_HALF_TURN = -0.9
 """Cosine below which the sine of the angle no longer gives its direction well; [1]"""
+_NO_LENGTH = 1e-12
+"""Stands in for a distance of zero, whose direction is undefined [m]"""
 
 
 @dataclass(frozen=True)
-class Observations:
-    """Measured rows as the fit needs them: arrays of columns, and weights instead of deviations.
+class Residuals:
+    """Residuals of every row, zero where nothing was measured."""
 
-    `axes` holds x, y, z of the measured target as (3, 3, row): component, axis, row; zero in rows
-    without orientation, whose orientation weight is zero too.
-    """
-
-    joints: Float[Array, "row joint"]
     position: Float[Array, "3 row"]
-    axes: Float[Array, "3 3 row"]
-    position_weight: Float[Array, "row"]
-    orientation_weight: Float[Array, "row"]
-
-    def __len__(self) -> int:
-        return len(self.joints)
-
-    @property
-    def n_scalars(self) -> int:
-        """Number of measured scalars: three a position, three an orientation."""
-        seen = np.count_nonzero(self.position_weight) + np.count_nonzero(self.orientation_weight)
-        return 3 * int(seen)
-
-    @property
-    def has_orientation(self) -> bool:
-        """Whether any row counts its orientation."""
-        return bool(self.orientation_weight.any())
-
-    def choose(self, rows: Bool[Array, "row"]) -> "Observations":
-        """The rows where `rows` is True."""
-        return Observations(
-            self.joints[rows],
-            self.position[:, rows],
-            self.axes[:, :, rows],
-            self.position_weight[rows],
-            self.orientation_weight[rows],
-        )
-
-    def without_position(self) -> "Observations":
-        """The orientation alone."""
-        return replace(self, position_weight=np.zeros_like(self.position_weight))
+    """[m]"""
+    orientation: Float[Array, "3 row"]
+    """[rad]"""
+    distance: Float[Array, "row"]
+    """[m]"""
 
 
-def observations(rows: MeasurementSet, noise: InstrumentNoise) -> Observations:
-    """Rows with positions (and orientations where there are any), weighted by the instrument."""
-    turned = rows.has_orientation
-    axes = np.zeros((3, 3, len(rows)))
-    if turned.any():
-        rotations = rotation_from_quaternion(rows.orientation[turned])
-        axes[:, :, turned] = np.moveaxis(rotations, 0, 2)
-    return Observations(
-        joints=rows.joints,
-        position=np.ascontiguousarray(rows.position.T),
-        axes=axes,
-        position_weight=1.0 / noise.position_std(rows.position),
-        orientation_weight=np.where(turned, 1.0 / noise.orientation, 0.0),
+def residuals(cell: CellModel, rows: Observations) -> Residuals:
+    """Measured less predicted, in row order."""
+    position, orientation = np.zeros((3, len(rows))), np.zeros((3, len(rows)))
+    distance = np.zeros(len(rows))
+    for place, index, group in rows.by_place:
+        model = cell.at_place(place)
+        for block in blocks(len(group)):
+            last, _ = walk(model, group.joints[block])
+            target = last.then(model.tool_frame)
+            there = index[block]
+            position[:, there] = group.position[:, block] - target.p
+            if group.has_orientation:
+                orientation[:, there] = rotation_residual(group.axes[:, :, block], target)
+            if group.has_distance:
+                distance[there] = group.distance[block] - _length(cell, target)[0]
+    return Residuals(
+        position * (rows.position_weight > 0),
+        orientation * (rows.orientation_weight > 0),
+        distance * (rows.distance_weight > 0),
     )
-
-
-@dataclass(frozen=True)
-class NormalEquations:
-    """Half the squared whitened residuals, their gradient and Gauss-Newton Hessian."""
-
-    cost: float
-    gradient: Float[Array, "free"]
-    hessian: Float[Array, "free free"]
-
-
-def residuals(
-    model: KinematicModel, rows: Observations
-) -> tuple[Float[Array, "3 row"], Float[Array, "3 row"]]:
-    """Position residuals [m] and orientation residuals [rad], zero where there is none."""
-    position = np.empty((3, len(rows)))
-    orientation = np.zeros((3, len(rows)))
-    for block in blocks(len(rows)):
-        last, _ = walk(model, rows.joints[block])
-        target = last.then(model.tool_frame)
-        position[:, block] = rows.position[:, block] - target.p
-        if rows.has_orientation:
-            orientation[:, block] = rotation_residual(rows.axes[:, :, block], target)
-    return position, orientation * (rows.orientation_weight > 0)
 
 
 def rotation_residual(axes: Float[Array, "3 3 row"], predicted: Columns) -> Float[Array, "3 row"]:
@@ -130,42 +82,110 @@ def rotation_residual(axes: Float[Array, "3 3 row"], predicted: Columns) -> Floa
     return np.asarray(vector)
 
 
+def _length(cell: CellModel, target: Columns) -> tuple[Float[Array, "_"], Float[Array, "3 _"]]:
+    """Distance of the target from the anchor [m], and its direction."""
+    if cell.anchor is None:
+        raise ValueError("rows with lengths need an anchor")
+    away = target.p - cell.anchor[:, None]
+    length = np.maximum(np.linalg.norm(away, axis=0), _NO_LENGTH)
+    return length, away / length
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """Half the squared whitened residuals, their gradient and Gauss-Newton Hessian."""
+
+    cost: float
+    gradient: Float[Array, "free"]
+    hessian: Float[Array, "free free"]
+
+
 def normal_equations(
-    model: KinematicModel, rows: Observations, free: Int[Array, "free"]
+    cell: CellModel, rows: Observations, free: Int[Array, "free"]
 ) -> NormalEquations:
     """Cost, gradient and Hessian over the free parameters, without priors."""
     cost = 0.0
     gradient = np.zeros(len(free))
     hessian = np.zeros((len(free), len(free)))
-    for J, r in whitened_blocks(model, rows, free):
-        cost += 0.5 * float(r @ r)
-        gradient -= J @ r
-        hessian += J @ J.T
+    for block in whitened_blocks(cell, rows, free):
+        cost += 0.5 * float(block.r @ block.r)
+        gradient -= block.J @ block.r
+        hessian += block.J @ block.J.T
     return NormalEquations(cost, gradient, hessian)
 
 
 def whitened_jacobian(
-    model: KinematicModel, rows: Observations, free: Int[Array, "free"]
+    cell: CellModel, rows: Observations, free: Int[Array, "free"]
 ) -> Float[Array, "scalar free"]:
-    """Derivative of the whitened prediction, every measured scalar a row. For few poses."""
-    return np.concatenate([J for J, _ in whitened_blocks(model, rows, free)], axis=1).T
+    """Derivative of the whitened prediction, one line a measured scalar. For few rows."""
+    return np.concatenate([block.J for block in whitened_blocks(cell, rows, free)], axis=1).T
+
+
+@dataclass(frozen=True)
+class WhitenedBlock:
+    """Some rows of one place, every component of all rows after the other."""
+
+    rows: Int[Array, "row"]
+    """Indices of the rows."""
+    components: int
+    """How many scalars a row has in this block; scalar c of row k stands at c * rows + k."""
+    J: Float[Array, "free scalar"]
+    r: Float[Array, "scalar"]
 
 
 def whitened_blocks(
-    model: KinematicModel, rows: Observations, free: Int[Array, "free"]
-) -> Iterator[tuple[Float[Array, "free scalar"], Float[Array, "scalar"]]]:
-    """Pairs of Jacobian (free, scalar) and residual (scalar), block by block."""
-    components = slice(0, 6) if rows.has_orientation else slice(0, 3)
-    for block in blocks(len(rows), _BLOCK):
-        target, J = pose_jacobian(model, rows.joints[block])
-        n = len(rows.joints[block])
-        weight = np.empty((6, n))
-        weight[:3] = rows.position_weight[block]
-        weight[3:] = rows.orientation_weight[block]
-        r = np.zeros((6, n))
-        r[:3] = rows.position[:, block] - target.p
-        if rows.has_orientation:
-            r[3:] = rotation_residual(rows.axes[:, :, block], target)
-        weight = weight[components]
-        whitened = J[free, components] * weight
-        yield whitened.reshape(len(free), -1), (r[components] * weight).ravel()
+    cell: CellModel, rows: Observations, free: Int[Array, "free"]
+) -> Iterator[WhitenedBlock]:
+    """Jacobian and residual over the standard deviations, block by block."""
+    n_parameters = len(cell.names)
+    for place, index, group in rows.by_place:
+        columns, own = cell.columns_at_place(place)
+        chosen = _chosen_columns(free, columns, own, n_parameters)
+        for block in blocks(len(group), _BLOCK):
+            yield _block(cell, place, group, block, index[block], chosen, free)
+
+
+def _chosen_columns(
+    free: Int[Array, "free"], columns: Array, own: Array, n_parameters: int
+) -> Int[Array, "free"]:
+    """For each free parameter its row in a place's own Jacobian, -1 where it has none."""
+    lookup = np.full(n_parameters, -1)
+    lookup[columns] = own
+    return np.asarray(lookup[free])
+
+
+def _block(
+    cell: CellModel,
+    place: int,
+    group: Observations,
+    block: slice,
+    index: Int[Array, "row"],
+    chosen: Int[Array, "free"],
+    free: Int[Array, "free"],
+) -> WhitenedBlock:
+    target, J = pose_jacobian(cell.at_place(place), group.joints[block])
+    J = J[chosen]
+    J[chosen < 0] = 0.0
+    parts_J, parts_r = [], []
+    if group.has_position:
+        weight = group.position_weight[block]
+        parts_J.append(J[:, :3] * weight)
+        parts_r.append((group.position[:, block] - target.p) * weight)
+    if group.has_orientation:
+        weight = group.orientation_weight[block]
+        parts_J.append(J[:, 3:] * weight)
+        parts_r.append(rotation_residual(group.axes[:, :, block], target) * weight)
+    if group.has_distance:
+        weight = group.distance_weight[block]
+        length, direction = _length(cell, target)
+        along = np.einsum("pim,im->pm", J[:, :3], direction)
+        anchor = cell.anchor_columns
+        is_anchor = (free >= anchor.start) & (free < anchor.stop)
+        along[is_anchor] = -direction[free[is_anchor] - anchor.start]
+        parts_J.append((along * weight)[:, None])
+        parts_r.append(((group.distance[block] - length) * weight)[None])
+    whitened = np.concatenate(parts_J, axis=1)
+    residual = np.concatenate(parts_r, axis=0)
+    return WhitenedBlock(
+        index, residual.shape[0], whitened.reshape(len(free), -1), residual.ravel()
+    )

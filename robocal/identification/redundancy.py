@@ -19,6 +19,7 @@ from robocal.kinematics.model import KinematicModel, parameter_names
 _SPAN_TOLERANCE = 1e-6
 """A column with less than this share of its length outside the span is redundant; exact redundancy
 leaves 1e-12, the weakest real dependence seen (axes parallel to 0.01 mrad) 1e-5; [1]"""
+_UNSEEN = 1e-12
 _PARALLEL = 1e-3
 """Angle below which the next axis counts as nominally parallel [rad]"""
 _NAMED_SHARE = 0.05
@@ -48,30 +49,40 @@ def find_redundancy(
     free: Bool[Array, "parameter"],
     prior_std: Float[Array, "parameter"],
 ) -> Redundancy:
-    """Split the free parameters into identified and redundant ones.
+    """Split the free geometric parameters of a robot with its frames; see `split_columns`."""
+    return split_columns(J, parameter_names(model.n_joints), preference(model), free, prior_std)
+
+
+def split_columns(
+    J: Float[Array, "scalar parameter"],
+    names: tuple[str, ...],
+    order: list[int],
+    free: Bool[Array, "parameter"],
+    prior_std: Float[Array, "parameter"],
+) -> Redundancy:
+    """Split the free parameters into identified, weak and redundant ones.
 
     Parameters
     ----------
     J
         Whitened Jacobian of all parameters.
-    model
-        Decides the order of preference at parallel axes.
+    names, order
+        Names of the columns, and the order in which they are preferred.
     free
         Parameters that may be identified at all.
     prior_std
         How far each may be off before any measurement, infinite where nothing is known [m, rad].
     """
-    names = parameter_names(model.n_joints)
     lengths = np.linalg.norm(J, axis=0)
-    largest = lengths.max() if len(lengths) else 0.0
-    basis = np.zeros((J.shape[0], J.shape[1]))
+    largest = lengths.max(initial=0.0)
+    basis = np.zeros(J.shape)
     taken: list[int] = []
     weak = np.zeros(len(names), dtype=bool)
     reasons: dict[str, str] = {}
-    for index in _preference(model):
+    for index in order:
         if not free[index]:
             continue
-        if lengths[index] <= 1e-12 * largest:
+        if lengths[index] <= _UNSEEN * largest:
             reasons[names[index]] = "these measurements do not see it"
             continue
         column = J[:, index] / lengths[index]
@@ -95,10 +106,10 @@ def find_redundancy(
     return Redundancy(identified, weak, reasons, len(taken), condition)
 
 
-def _preference(model: KinematicModel) -> list[int]:
-    """Parameter indices, those to keep first."""
+def preference(model: KinematicModel, n_more: int = 0) -> list[int]:
+    """Parameter indices, those to keep first; nests and anchor (`n_more`) follow the frames."""
     n = 5 * model.n_joints
-    order = list(range(n, n + 12))
+    order = list(range(n, n + 12 + n_more))
     for parameter in (0, 2, 3):
         order += [5 * joint + parameter for joint in range(model.n_joints)]
     later = []

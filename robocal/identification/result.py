@@ -9,6 +9,9 @@ from numpy import ndarray as Array
 
 from robocal.formats.bundle import RejectedRow
 from robocal.frames import invert, xyz_ypr_from_frame
+from robocal.identification.adequacy import Adequacy
+from robocal.identification.cell_model import CellModel
+from robocal.identification.station_drift import StationDrift
 from robocal.kinematics.model import KinematicModel
 
 
@@ -26,7 +29,7 @@ class ResidualSummary:
 
     rows: int
     position_rms: float
-    """Root mean square of the distance [m]."""
+    """Root mean square of the distance, of the length where only lengths were measured [m]."""
     position_mean: float
     position_max: float
     orientation_rms: float | None
@@ -41,9 +44,9 @@ class Identification:
     ----------
     nominal
         Geometry before, base and tool ignored.
-    model
-        Identified geometry; its `base` and `tool` are zero, the identified frames stand in
-        `station` and `flange`, so that `covariance` is in small turns and shifts along the axes of
+    cell
+        Identified cell; `base` and `tool` of its robot are zero, the identified frames stand in
+        `station` and `flange`, so that `covariance` is in small shifts and turns along the axes of
         the base and the tool frame themselves.
     free
         Indices of the parameters that moved: the identified ones and those that only their prior
@@ -51,11 +54,13 @@ class Identification:
     covariance
         Of the free parameters, prior included, in the units of the vector [m, rad].
     reasons
-        Why a parameter is redundant or fixed, by name.
+        Why a parameter is redundant, by name.
+    fixed
+        Parameters that were not to move.
     """
 
     nominal: KinematicModel
-    model: KinematicModel
+    cell: CellModel
     free: Int[Array, "free"]
     covariance: Float[Array, "free free"]
     reasons: dict[str, str]
@@ -65,15 +70,21 @@ class Identification:
     strategy: str
     iterations: int
     converged: bool
+    adequacy: Adequacy
     fit: ResidualSummary
     held_out: ResidualSummary | None
     before: ResidualSummary
     """Nominal geometry with fitted frames, over the held-out rows (else the fit rows)."""
     rejected: tuple[RejectedRow, ...]
+    suspect: tuple[RejectedRow, ...]
+    """Held-out rows that look like outliers; they are counted all the same."""
+    drift: StationDrift | None
     bundle_sha256: str
-    chi_square: float
-    nu: int
-    """Statistical degrees of freedom: measured scalars less identified parameters."""
+
+    @property
+    def model(self) -> KinematicModel:
+        """The identified robot."""
+        return self.cell.geometry
 
     def status(self, name: str) -> Status:
         """What became of a parameter."""
@@ -83,16 +94,18 @@ class Identification:
 
     @property
     def std(self) -> Float[Array, "parameter"]:
-        """Standard uncertainty of every parameter, zero where it was not identified."""
-        std = np.zeros(self.model.n_parameters)
+        """Standard uncertainty of every parameter, zero where it did not move."""
+        std = np.zeros(len(self.cell.names))
         std[self.free] = np.sqrt(np.diag(self.covariance))
         return std
 
     def full_covariance(self) -> Float[Array, "parameter parameter"]:
-        """Covariance of all parameters, zero where they were not identified."""
-        full = np.zeros((self.model.n_parameters, self.model.n_parameters))
+        """Covariance of the robot's parameters, zero where they did not move."""
+        n = len(self.cell.names)
+        full = np.zeros((n, n))
         full[np.ix_(self.free, self.free)] = self.covariance
-        return full
+        robot = self.model.n_parameters
+        return full[:robot, :robot]
 
     @property
     def base(self) -> Float[Array, "4 4"]:

@@ -7,5 +7,5 @@ from robocal.identification.strategy import Fit, Problem
 def identify_simultaneously(problem: Problem) -> Fit:
     """Minimise over everything at once."""
     minimum = problem.fit(problem.start, problem.free, problem.rows, MAX_ITERATIONS)
-    model = problem.moved(problem.start, problem.free, minimum)
-    return Fit(model, minimum, minimum.iterations, minimum.converged)
+    cell = problem.moved(problem.start, problem.free, minimum)
+    return Fit(cell, minimum, minimum.iterations, minimum.converged)

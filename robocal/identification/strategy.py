@@ -7,13 +7,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
+from robocal.identification.cell_model import CellModel
 from robocal.identification.least_squares import Minimum, Prior, levenberg_marquardt
-from robocal.identification.problem import (
-    NormalEquations,
-    Observations,
-    normal_equations,
-)
-from robocal.kinematics.model import KinematicModel
+from robocal.identification.observations import Observations
+from robocal.identification.problem import NormalEquations, normal_equations
 
 
 @dataclass(frozen=True)
@@ -23,55 +20,58 @@ class Problem:
     Parameters
     ----------
     start
-        Model with its frames as origin (`KinematicModel.with_frames_as_origin`).
+        Cell whose robot has its frames as origin (`KinematicModel.with_frames_as_origin`).
     rows
         Measured rows.
     free
         Indices of the parameters to identify.
+    prior_mean
+        Of every parameter [m, rad].
     prior_precision
-        Of every parameter, about its value in `start` [1/m2 or 1/rad2].
+        Inverse variance of every parameter about that mean [1/m2 or 1/rad2].
     """
 
-    start: KinematicModel
+    start: CellModel
     rows: Observations
     free: Int[Array, "free"]
+    prior_mean: Float[Array, "parameter"]
     prior_precision: Float[Array, "parameter"]
 
     def fit(
         self,
-        model: KinematicModel,
+        cell: CellModel,
         free: Int[Array, "some"],
         rows: Observations,
         max_iterations: int,
     ) -> Minimum:
-        """Least squares over some of the parameters and some of the rows, from `model` on."""
-        vector = model.vector
+        """Least squares over some of the parameters and some of the rows, from `cell` on."""
+        vector = cell.vector
 
         def linearise(x: Float[Array, "some"]) -> NormalEquations:
-            return normal_equations(model_at(x), rows, free)
-
-        def model_at(x: Float[Array, "some"]) -> KinematicModel:
             moved = vector.copy()
             moved[free] = x
-            return model.with_vector(moved)
+            return normal_equations(cell.with_vector(moved), rows, free)
 
-        prior = Prior(self.start.vector[free], self.prior_precision[free])
+        prior = Prior(self.prior_mean[free], self.prior_precision[free])
         return levenberg_marquardt(linearise, vector[free], prior, max_iterations)
 
-    def moved(
-        self, model: KinematicModel, free: Int[Array, "some"], minimum: Minimum
-    ) -> KinematicModel:
-        """`model` with the parameters of a minimum."""
-        vector = model.vector
+    def moved(self, cell: CellModel, free: Int[Array, "some"], minimum: Minimum) -> CellModel:
+        """`cell` with the parameters of a minimum."""
+        vector = cell.vector
         vector[free] = minimum.x
-        return model.with_vector(vector)
+        return cell.with_vector(vector)
+
+    @property
+    def angular(self) -> Int[Array, "some"]:
+        """Free parameters that turn the target: link angles and frame rotations."""
+        return np.asarray(self.free[self.start.is_angle[self.free]])
 
 
 @dataclass(frozen=True)
 class Fit:
     """Where a strategy ended."""
 
-    model: KinematicModel
+    cell: CellModel
     minimum: Minimum
     iterations: int
     """Evaluations of the Jacobian, over all stages."""
@@ -84,11 +84,3 @@ class Strategy(Protocol):
     def __call__(self, problem: Problem) -> Fit:
         """Identify the free parameters of `problem`."""
         ...
-
-
-def angular_parameters(problem: Problem) -> Int[Array, "some"]:
-    """Free parameters that turn the target: link angles and frame rotations."""
-    names = np.tile([True, False, False, True, True], problem.start.n_joints)
-    frame = [False, False, False, True, True, True]
-    angular = np.concatenate([names, frame, frame])
-    return np.asarray(problem.free[angular[problem.free]])

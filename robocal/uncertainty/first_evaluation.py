@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
+from robocal.identification.adequacy import Adequacy
 from robocal.uncertainty.monte_carlo import (
     COVERAGE,
     DRAWS,
@@ -45,7 +46,7 @@ def evaluate_first(
 
 
 def uncertainty_document(
-    evaluation: FirstEvaluation, lines: Array, chi_square: float, nu: int
+    evaluation: FirstEvaluation, lines: Array, adequacy: Adequacy
 ) -> dict[str, object]:
     """`uncertainty.json`: each measured pose with its standard and expanded uncertainty in mm."""
     propagated = np.linalg.norm(evaluation.propagated_std, axis=1)
@@ -77,8 +78,9 @@ def uncertainty_document(
                 strict=True,
             )
         ],
-        "reduced_chi_square": chi_square / nu if nu > 0 else None,
-        "degrees_of_freedom": nu,
+        "reduced_chi_square": adequacy.reduced_chi_square if adequacy.nu > 0 else None,
+        "degrees_of_freedom": adequacy.nu,
+        "adequate": adequacy.adequate,
     }
 
 

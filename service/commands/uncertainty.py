@@ -24,7 +24,7 @@ def uncertainty(
     measured, result, calibrated = calibrate(bundle, "simultaneous", datetime.now(UTC))
     rows = measured.measurements
     evaluation = evaluate_first(calibrated, rows.joints, draws, seed)
-    document = uncertainty_document(evaluation, rows.lines, result.chi_square, result.nu)
+    document = uncertainty_document(evaluation, rows.lines, result.adequacy)
     make_folder(out)
     write_json(out / "uncertainty.json", document)
     if as_json:

@@ -10,19 +10,18 @@ import os
 import sys
 import threading
 from collections.abc import Callable
-from importlib.metadata import version
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from robocal.calibrated import Provenance
 from robocal.errors import RobocalError
 from robocal.formats.bundle import read_bundle
 from robocal.formats.identification_json import identification_document
-from robocal.formats.model_yaml import calibrated_robot, model_document, read_model
+from robocal.formats.model_yaml import model_document, read_model
 from robocal.formats.robot_yaml import read_robot
-from robocal.identification.identify import identify
+from robocal.identification.identify import DEFAULT_STRATEGY
 from robocal.planning.exchange import plan_poses
 from robocal.uncertainty.first_evaluation import evaluate_first, uncertainty_document
 from robocal.verification import (
@@ -31,6 +30,8 @@ from robocal.verification import (
     accuracy_document,
     plan_verification,
 )
+from service import calibration
+from service.procedures.residual_rows import residual_rows, residual_rows_document
 
 Json = dict[str, Any]
 
@@ -55,18 +56,19 @@ def plan_verify(request: Json, folder: Path) -> Json:
 
 def calibrate(request: Json, folder: Path) -> Json:
     """Identify from the bundle in the folder and evaluate its uncertainty."""
-    bundle = read_bundle(folder)
-    strategy = request["strategy"]
-    result = identify(bundle, strategy)
-    provenance = Provenance(bundle.sha256, version("robocal"), request["date"], strategy)
-    calibrated = calibrated_robot(bundle.robot, result, bundle.gravity, provenance)
+    when = datetime.fromisoformat(request["date"])
+    bundle, result, calibrated = calibration.calibrate(folder, DEFAULT_STRATEGY, when)
     rows = bundle.measurements.fit_rows
     evaluation = evaluate_first(calibrated, rows.joints)
     return {
         "bundle_sha256": bundle.sha256,
-        "identification": identification_document(result),
+        "settings": {"strategy": DEFAULT_STRATEGY},
+        "identification": {
+            **identification_document(result),
+            "residual_rows": residual_rows_document(residual_rows(bundle, result)),
+        },
         "model": model_document(calibrated),
-        "uncertainty": uncertainty_document(evaluation, rows.lines, result.chi_square, result.nu),
+        "uncertainty": uncertainty_document(evaluation, rows.lines, result.adequacy),
     }
 
 
@@ -78,6 +80,7 @@ def verify(request: Json, folder: Path) -> Json:
     after = accuracy_after(calibrated, nominal, np.array(request["compensated_positions"]))
     return {
         "bundle_sha256": read_bundle(folder).sha256,
+        "settings": {},
         "verification": {"before": accuracy_document(before), "after": accuracy_document(after)},
     }
 

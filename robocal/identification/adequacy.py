@@ -1,0 +1,53 @@
+"""Whether the residuals are as large as the declared noise says: the reduced chi-square test."""
+
+from dataclasses import dataclass
+
+from scipy.special import gammaincinv
+
+BAND = 0.99
+"""Probability of an adequate model to be called so; [1]"""
+
+
+@dataclass(frozen=True)
+class Adequacy:
+    """Reduced chi-square of a fit against the declared noise."""
+
+    reduced_chi_square: float
+    nu: float
+    """Statistical degrees of freedom: measured scalars less what the fit took out of them."""
+    low: float
+    high: float
+    """Ends of the band that holds an adequate model's value with probability `BAND`."""
+
+    @property
+    def adequate(self) -> bool:
+        """Whether the value lies in the band."""
+        return self.low <= self.reduced_chi_square <= self.high
+
+    @property
+    def sentence(self) -> str:
+        """What it means, for people."""
+        if self.nu <= 0:
+            return "no measured number is left over to judge the model by"
+        value = f"reduced chi-square {self.reduced_chi_square:.3g}"
+        band = f"[{self.low:.3g}, {self.high:.3g}]"
+        if self.adequate:
+            return f"{value}, inside its 99 % band {band}: the residuals are the declared noise"
+        if self.reduced_chi_square > self.high:
+            return (
+                f"{value}, above its 99 % band {band}: the model leaves more than the declared "
+                "noise; run robocal diagnose before the parameters are used"
+            )
+        return (
+            f"{value}, below its 99 % band {band}: the declared noise is too large, so the "
+            "stated uncertainties are too"
+        )
+
+
+def judge(chi_square: float, nu: float) -> Adequacy:
+    """Adequacy of a fit with this sum of squared whitened residuals."""
+    if nu <= 0:
+        return Adequacy(float("nan"), nu, 0.0, float("inf"))
+    tail = (1.0 - BAND) / 2.0
+    low, high = (2.0 * float(gammaincinv(nu / 2.0, p)) / nu for p in (tail, 1.0 - tail))
+    return Adequacy(chi_square / nu, nu, low, high)

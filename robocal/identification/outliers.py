@@ -1,0 +1,99 @@
+r"""Rows that do not belong: residuals judged against their own leverage.
+
+With whitened residual r and Jacobian A of a row and the Hessian H of the fit, the residual of a
+good row that took part has covariance :math:`I - A H^{-1} A^T`, of one that did not
+:math:`I + A H^{-1} A^T`; so :math:`t^2 = r^T (I \mp A H^{-1} A^T)^{-1} r` follows chi-square. Where
+the model leaves more than the declared noise, the median sets the scale and only gross errors
+count.
+
+References
+----------
+.. [1] R. D. Cook, S. Weisberg, *Residuals and Influence in Regression*, Chapman and Hall, 1982.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
+from scipy.special import gammaincc, gammaincinv
+
+from robocal.identification.cell_model import CellModel
+from robocal.identification.observations import Observations
+from robocal.identification.problem import whitened_blocks
+
+REJECT = 1e-3
+"""Chance of a good row to be rejected where the model is adequate; [1]"""
+REJECT_GROSS = 1e-9
+"""The same where it is not and the scale comes from the residuals themselves; [1]"""
+_ADEQUATE_SCALE = 1.3
+"""Robust standard deviation, in declared ones, above which the model counts as inadequate; [1]"""
+
+
+@dataclass(frozen=True)
+class RowScores:
+    """How far each row is off, in standard deviations of its own residual."""
+
+    sigmas: Float[Array, "row"]
+    """Root of t squared over the scale."""
+    chance: Float[Array, "row"]
+    """Probability of a good row to be off so far."""
+    scale: float
+    """Standard deviation of the residuals in declared ones, 1 where the model is adequate."""
+
+    @property
+    def outlying(self) -> Bool[Array, "row"]:
+        """Rows to reject."""
+        return np.asarray(self.chance < (REJECT if self.scale == 1.0 else REJECT_GROSS))
+
+
+def score_rows(
+    cell: CellModel,
+    rows: Observations,
+    free: Int[Array, "free"],
+    covariance: Float[Array, "free free"],
+    used: Bool[Array, "row"],
+    scale: float | None = None,
+) -> RowScores:
+    """Score every row of `rows`, of which those in `used` took part in the fit.
+
+    Parameters
+    ----------
+    cell
+        The fitted cell.
+    free, covariance
+        Parameters that moved, and their covariance.
+    scale
+        Standard deviation of the residuals in declared ones; from the used rows if None.
+    """
+    squares = np.zeros(len(rows))
+    root = np.linalg.cholesky(covariance)
+    for block in whitened_blocks(cell, rows, free):
+        n = len(block.rows)
+        spread = (root.T @ block.J).reshape(len(free), block.components, n)
+        leverage = np.einsum("acm,adm->mcd", spread, spread)
+        sign = np.where(used[block.rows], -1.0, 1.0)[:, None, None]
+        own = np.eye(block.components) + sign * leverage
+        # A row that alone determines a parameter has no residual of its own to judge.
+        own += 1e-9 * np.eye(block.components)
+        r = block.r.reshape(block.components, n).T
+        squares[block.rows] += np.einsum(
+            "mc,mc->m", r, np.linalg.solve(own, r[:, :, None])[:, :, 0]
+        )
+    nu = rows.scalars_of_row
+    if scale is None:
+        scale = _robust_scale(squares, nu, used & (nu > 0))
+    squares = squares / scale**2
+    chance = np.where(nu > 0, gammaincc(np.maximum(nu, 1) / 2.0, squares / 2.0), 1.0)
+    return RowScores(np.sqrt(squares), chance, scale)
+
+
+def _robust_scale(
+    squares: Float[Array, "row"], nu: Int[Array, "row"], judged: Bool[Array, "row"]
+) -> float:
+    """Median of the squares over chi-square's median; 1 where that is the declared noise."""
+    if not judged.any():
+        return 1.0
+    ratio = squares[judged] / (2.0 * gammaincinv(nu[judged] / 2.0, 0.5))
+    scale = float(np.sqrt(np.median(ratio)))
+    return scale if scale > _ADEQUATE_SCALE else 1.0

@@ -1,0 +1,85 @@
+"""What is known of each parameter before any measurement."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from robocal.errors import BadInput
+from robocal.identification.cell_model import CellModel
+
+PRIOR_LENGTH = 1e-3
+"""How far a link length may be off its nominal value, one standard deviation [m]"""
+PRIOR_ANGLE = 5e-3
+"""The same for a link angle [rad]"""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What the user wants done with single parameters, by name.
+
+    Parameters
+    ----------
+    fixed
+        Kept at the nominal value.
+    free
+        Identified without any prior.
+    prior_std
+        Own standard deviations about the nominal value [m, rad].
+    """
+
+    fixed: frozenset[str] = frozenset()
+    free: frozenset[str] = frozenset()
+    prior_std: dict[str, float] = field(default_factory=dict)
+
+    def check(self, names: tuple[str, ...]) -> None:
+        """Complain about a name that is no parameter, or that is asked for twice.
+
+        Raises
+        ------
+        BadInput
+            Naming it and some that exist.
+        """
+        for name in (*self.fixed, *self.free, *self.prior_std):
+            if name not in names:
+                example = ", ".join((*names[:3], *names[-2:]))
+                raise BadInput(
+                    f"parameter '{name}'", f"is none of this cell's parameters, e.g. {example}"
+                )
+        for name in self.fixed & (self.free | self.prior_std.keys()):
+            raise BadInput(f"parameter '{name}'", "cannot be both fixed and free")
+
+
+def own_prior(key: str, value: float) -> tuple[str, float]:
+    """Name and standard deviation [m, rad] of a prior given as `a_2_mm` or `theta_3_deg`.
+
+    Raises
+    ------
+    ValueError
+        If the unit is missing or the value is not positive.
+    """
+    name, _, unit = key.rpartition("_")
+    if unit not in ("mm", "deg"):
+        raise ValueError("must end in _mm or _deg")
+    if value <= 0:
+        raise ValueError(f"must be positive, not {value:g}")
+    return name, value * (1e-3 if unit == "mm" else np.pi / 180.0)
+
+
+def prior_std(cell: CellModel, choices: Choices) -> Float[Array, "parameter"]:
+    """Standard deviation of every parameter [m, rad]: zero where fixed, infinite where free.
+
+    Links get the defaults; frames, nests and the anchor are unknown.
+    """
+    n_links = 5 * cell.geometry.n_joints
+    std = np.full(len(cell.names), np.inf)
+    std[:n_links] = np.where(cell.is_angle[:n_links], PRIOR_ANGLE, PRIOR_LENGTH)
+    for index, name in enumerate(cell.names):
+        if name in choices.fixed:
+            std[index] = 0.0
+        elif name in choices.free:
+            std[index] = np.inf
+        elif name in choices.prior_std:
+            std[index] = choices.prior_std[name]
+    return std

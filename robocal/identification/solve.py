@@ -1,0 +1,158 @@
+"""From rows and a start to the minimum: structure, fit, and a second look at what the data see."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
+
+from robocal.identification.cell_model import CellModel
+from robocal.identification.observations import Observations
+from robocal.identification.outliers import RowScores, score_rows
+from robocal.identification.priors import Choices, prior_std
+from robocal.identification.problem import whitened_jacobian
+from robocal.identification.redundancy import Redundancy, preference, split_columns
+from robocal.identification.strategy import Fit, Problem, Strategy
+
+_STRUCTURE_ROWS = 400
+_MAX_SECOND_LOOKS = 3
+_MAX_REJECTIONS = 10
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A minimum and what it was made of."""
+
+    fit: Fit
+    problem: Problem
+    redundancy: Redundancy
+    """As the start saw it; parameters that only the solution shows are among the weak ones."""
+    used: Bool[Array, "row"]
+    """Rows that took part."""
+    scores: RowScores
+
+    @property
+    def covariance(self) -> Float[Array, "free free"]:
+        """Of the free parameters, prior included."""
+        return covariance_of(self.fit)
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of the squared whitened residuals."""
+        return 2.0 * self.fit.minimum.equations.cost
+
+    @property
+    def nu(self) -> float:
+        """Measured scalars less what the fit took out of them: the trace of the hat matrix."""
+        taken = float(np.sum(self.covariance * self.fit.minimum.equations.hessian))
+        return self.problem.rows.n_scalars - taken
+
+
+def covariance_of(fit: Fit) -> Float[Array, "free free"]:
+    """Inverse of the Hessian, through its scaled form: parameters are in m and in rad."""
+    hessian = fit.minimum.hessian
+    scale = 1.0 / np.sqrt(np.diag(hessian))
+    scaled = np.linalg.inv(hessian * np.outer(scale, scale))
+    return np.asarray(0.5 * (scaled + scaled.T) * np.outer(scale, scale))
+
+
+def structure(cell: CellModel, rows: Observations, std: Float[Array, "parameter"]) -> Redundancy:
+    """What the rows can tell apart, judged on some of them that stand for all."""
+    few = rows.evenly(_STRUCTURE_ROWS)
+    J = whitened_jacobian(cell, few, np.arange(len(cell.names)))
+    J *= np.sqrt(len(rows) / len(few))
+    n_more = len(cell.names) - cell.geometry.n_parameters
+    order = preference(cell.geometry, n_more)
+    return split_columns(J, cell.names, order, std > 0.0, std)
+
+
+def frames_alone(start: CellModel, rows: Observations, choices: Choices, how: Strategy) -> Fit:
+    """Nominal links; base, tool, nests and anchor fitted."""
+    std = prior_std(start, choices)
+    std[: 5 * start.geometry.n_joints] = 0.0
+    seen = structure(start, rows, std)
+    return how(_problem(start, rows, np.flatnonzero(seen.identified), std))
+
+
+def solve(
+    start: CellModel,
+    rows: Observations,
+    choices: Choices,
+    how: Strategy,
+    nominal: CellModel | None = None,
+) -> Solution:
+    """Fit, and fit again while the solution shows parameters that the start could not.
+
+    At nominal geometry exact symmetries (parallel axes) hide parameters that the real, slightly
+    skew robot shows; these join the fit with their priors.
+
+    Parameters
+    ----------
+    start
+        Where to begin; its links are the nominal ones unless `nominal` says otherwise.
+    rows
+        Rows to fit.
+    choices
+        Parameters fixed, free or with priors of their own.
+    how
+        Way to the minimum.
+    """
+    std = prior_std(start, choices)
+    centre = start if nominal is None else nominal
+    redundancy = structure(centre, rows, std)
+    free = redundancy.identified | redundancy.weak
+    problem = _problem(start, rows, np.flatnonzero(free), std, centre)
+    fit = how(problem)
+    for _ in range(_MAX_SECOND_LOOKS):
+        now = structure(fit.cell, rows, std)
+        fresh = (now.identified | now.weak) & ~free & np.isfinite(std)
+        if not fresh.any():
+            break
+        free |= fresh
+        redundancy = _with_weak(redundancy, fresh, fit.cell.names)
+        problem = replace(problem, start=fit.cell, free=np.flatnonzero(free))
+        fit = replace(how(problem), iterations=fit.iterations + 1)
+    used = np.ones(len(rows), dtype=bool)
+    scores = score_rows(fit.cell, rows, problem.free, covariance_of(fit), used)
+    return Solution(fit, problem, redundancy, used, scores)
+
+
+def solve_without_outliers(
+    start: CellModel, rows: Observations, choices: Choices, how: Strategy
+) -> Solution:
+    """Like `solve`, leaving out rows that do not belong; every row is judged anew in each round."""
+    solution = solve(start, rows, choices, how)
+    for _ in range(_MAX_REJECTIONS):
+        used = ~solution.scores.outlying
+        if (used == solution.used).all() or used.sum() * 2 < len(rows):
+            break
+        problem = replace(solution.problem, start=solution.fit.cell, rows=rows.choose(used))
+        fit = how(problem)
+        fit = replace(fit, iterations=fit.iterations + solution.fit.iterations)
+        scores = score_rows(fit.cell, rows, problem.free, covariance_of(fit), used)
+        solution = Solution(fit, problem, solution.redundancy, used, scores)
+    return solution
+
+
+def _problem(
+    start: CellModel,
+    rows: Observations,
+    free: Int[Array, "free"],
+    std: Float[Array, "parameter"],
+    centre: CellModel | None = None,
+) -> Problem:
+    with np.errstate(divide="ignore"):
+        precision = np.where(np.isfinite(std), 1.0 / std**2, 0.0)
+    precision[std == 0.0] = 0.0
+    return Problem(start, rows, free, (centre or start).vector, precision)
+
+
+def _with_weak(
+    redundancy: Redundancy, fresh: Bool[Array, "parameter"], names: tuple[str, ...]
+) -> Redundancy:
+    reasons = dict(redundancy.reasons)
+    for index in np.flatnonzero(fresh):
+        reasons[names[index]] += (
+            "; only the robot's own skewness shows it, hardly more than its prior"
+        )
+    return replace(redundancy, weak=redundancy.weak | fresh, reasons=reasons)

@@ -1,7 +1,7 @@
 """What every identification strategy is given and gives back."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -78,6 +78,7 @@ class Fit:
     converged: bool
 
 
+@runtime_checkable
 class Strategy(Protocol):
     """A way to the minimum."""
 

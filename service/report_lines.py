@@ -4,14 +4,15 @@ from pathlib import Path
 
 import numpy as np
 
-from robocal.formats.bundle import Bundle
-from robocal.identification.result import Identification, ResidualSummary
+from robocal.identification.result import ResidualSummary
+from service.calibration import Calibration
 
 _DEG = np.pi / 180.0
 
 
-def identification_lines(bundle: Bundle, result: Identification, out: Path) -> list[str]:
+def identification_lines(done: Calibration, out: Path) -> list[str]:
     """A few lines: what was measured, what came out, what stays open."""
+    bundle, result = done.bundle, done.result
     rows = bundle.measurements
     kind = "full poses" if rows.has_orientation.all() else "positions"
     lines = [
@@ -24,6 +25,15 @@ def identification_lines(bundle: Bundle, result: Identification, out: Path) -> l
     ]
     if result.held_out:
         lines.append(_line("identified, held out", result.held_out))
+    if done.folds:
+        lines.append(_line(f"{done.folds.count} random folds", done.folds.random))
+        lines.append(_line(f"{done.folds.count} blocked folds", done.folds.blocked))
+    lines.append(result.adequacy.sentence)
+    if result.drift:
+        what = "removed" if result.drift.significant else "not significant, left alone"
+        lines.append(f"station drift up to {result.drift.largest * 1e3:.4f} mm: {what}")
+    for row in result.suspect:
+        lines.append(f"measurements.csv line {row.line}, held out, is suspect: {row.reason}")
     for row in result.rejected:
         lines.append(f"measurements.csv line {row.line} not used: {row.reason}")
     if result.reasons:

@@ -6,13 +6,16 @@ import numpy as np
 
 from robocal.formats.robot_yaml import frame_document
 from robocal.identification.result import Identification, ResidualSummary
+from robocal.identification.validation import Folds
 from robocal.kinematics.model import LINK_IS_ANGLE, LINK_PARAMETERS
 
 _DEG = np.pi / 180.0
 
 
-def identification_document(result: Identification) -> dict[str, object]:
-    """The document that the contract describes."""
+def identification_document(
+    result: Identification, folds: Folds | None = None
+) -> dict[str, object]:
+    """The document that the contract describes; with the left-out folds where these were made."""
     return {
         "parameters": _parameters(result),
         "base": {
@@ -34,6 +37,8 @@ def identification_document(result: Identification) -> dict[str, object]:
             "fit": _residuals(result.fit),
             "held_out": {} if result.held_out is None else _residuals(result.held_out),
             "before": _residuals(result.before),
+            "random_folds": _residuals(folds.random) if folds else {},
+            "blocked_folds": _residuals(folds.blocked) if folds else {},
         },
         "rejected_rows": [asdict(row) for row in result.rejected],
         "suspect_held_out_rows": [asdict(row) for row in result.suspect],

@@ -33,6 +33,16 @@ class Choices:
     free: frozenset[str] = frozenset()
     prior_std: dict[str, float] = field(default_factory=dict)
 
+    def overruled_by(self, later: "Choices") -> "Choices":
+        """Both together; where they speak of the same parameter the later word counts."""
+        said = later.fixed | later.free | later.prior_std.keys()
+        own = {name: std for name, std in self.prior_std.items() if name not in said}
+        return Choices(
+            (self.fixed - said) | later.fixed,
+            (self.free - said) | later.free,
+            {**own, **later.prior_std},
+        )
+
     def check(self, names: tuple[str, ...]) -> None:
         """Complain about a name that is no parameter, or that is asked for twice.
 
@@ -65,6 +75,25 @@ def own_prior(key: str, value: float) -> tuple[str, float]:
     if value <= 0:
         raise ValueError(f"must be positive, not {value:g}")
     return name, value * (1e-3 if unit == "mm" else np.pi / 180.0)
+
+
+def choices_of(fixed: list[str], free: list[str], priors: list[str]) -> Choices:
+    """Choices as a command line gives them; priors as `a_2_mm=0.2`.
+
+    Raises
+    ------
+    BadInput
+        If a prior is no `NAME_UNIT=NUMBER`.
+    """
+    prior_std = {}
+    for text in priors:
+        key, _, value = text.partition("=")
+        try:
+            name, std = own_prior(key, float(value))
+        except ValueError as error:
+            raise BadInput(f"prior '{text}'", f"must look like a_2_mm=0.2: {error}") from None
+        prior_std[name] = std
+    return Choices(frozenset(fixed), frozenset(free), prior_std)
 
 
 def prior_std(cell: CellModel, choices: Choices) -> Float[Array, "parameter"]:

@@ -21,10 +21,10 @@ def uncertainty(
     from robocal.uncertainty.first_evaluation import evaluate_first, uncertainty_document
     from service.calibration import calibrate
 
-    measured, result, calibrated = calibrate(bundle, "simultaneous", datetime.now(UTC))
-    rows = measured.measurements
-    evaluation = evaluate_first(calibrated, rows.joints, draws, seed)
-    document = uncertainty_document(evaluation, rows.lines, result.adequacy)
+    done = calibrate(bundle, "simultaneous", datetime.now(UTC))
+    rows = done.bundle.measurements
+    evaluation = evaluate_first(done.calibrated, rows.joints, draws, seed)
+    document = uncertainty_document(evaluation, rows.lines, done.result.adequacy)
     make_folder(out)
     write_json(out / "uncertainty.json", document)
     if as_json:

@@ -31,9 +31,9 @@ VARIABLES = [
     "safety_status_bits",
     "robot_status_bits",
 ]
-WATCHDOG_HZ = 8.0
-"""The controller stops the program after one to two periods without a kick: 0.125 to 0.25 s."""
-KICK_PERIOD_S = 0.03
+WATCHDOG_HZ = 5.0
+"""The controller stops the program 0.2 s after the last kick; some take up to two periods."""
+KICK_PERIOD_S = 0.02
 STOP_DECELERATION = 4.0
 """[rad/s2]"""
 STALE_S = 0.5
@@ -115,6 +115,8 @@ class ConnectedArm:
         """
         self._abandoned = None
         self._check_may_start("moveJ")
+        # The dashboard may have taken its time.
+        self.keep_alive()
         if not self._control.isProgramRunning():
             self._upload_again()
         with self._command("moveJ"):
@@ -127,7 +129,10 @@ class ConnectedArm:
         if not taken:
             self._check_may_start("moveJ")
             raise Refused(
-                self.device, "moveJ", "the controller did not take the motion: see its log"
+                self.device,
+                "moveJ",
+                "the controller did not take the motion (target out of reach, a stop at the "
+                "pendant, or the watchdog of an overloaded machine): see the pendant's log",
             )
         self._target = motion.joints
         self._still_since_s = time.monotonic()

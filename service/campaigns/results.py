@@ -28,8 +28,8 @@ def newest(session: Session, campaign: int, kind: ResultKind) -> ResultRow:
         .limit(1)
     ).first()
     if result is None:
-        because = f": {row.reason}" if row.reason else ""
+        because = f": {row.reason.removesuffix('.')}" if row.reason else ""
         raise NotFound(
-            f"Campaign {campaign} ({row.kind}) has no {kind}; it is {row.state}{because.removesuffix('.')}."
+            f"Campaign {campaign} ({row.kind}) has no {kind}; it is {row.state}{because}."
         )
     return result

@@ -17,7 +17,11 @@ MIGRATIONS = Path(__file__).resolve().parents[2] / "migrations"
 
 def upgrade_schema(database: Database) -> None:
     """Run the migrations that the database has not seen. Safe to call from several processes."""
-    config = alembic_config(database.engine)
+    migrate(database, alembic_config(database.engine))
+
+
+def migrate(database: Database, config: Config) -> None:
+    """Upgrade to the newest migration that `config` finds, with a copy of the file first."""
     newest = ScriptDirectory.from_config(config).get_current_head()
     present = schema_revision(database.engine)
     if present == newest:

@@ -8,7 +8,6 @@ import yaml
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from robocal.identification.identify import DEFAULT_STRATEGY
 from service.campaigns import measurements
 from service.campaigns.models import CampaignKind
 from service.campaigns.results import ResultKind
@@ -27,7 +26,7 @@ def analyse(job: Job) -> None:
         row = session.get_one(CampaignRow, job.campaign)
         kind = CampaignKind(row.kind)
         files = _bundle_files(session, row)
-        request: Json = {"strategy": DEFAULT_STRATEGY, "date": utc_now()}
+        request: Json = {"date": utc_now()}
         if kind is CampaignKind.verify:
             files[MODEL] = model_to_verify(session, row)
             request = _both_visits(session, row)
@@ -104,7 +103,7 @@ def _add_result(session: Session, job: Job, kind: ResultKind, answer: Json) -> R
         model_yaml=model_yaml,
         bundle_sha256=answer["bundle_sha256"],
         software_version=version("robocal"),
-        settings={"strategy": DEFAULT_STRATEGY},
+        settings=answer["settings"],
         created=utc_now(),
     )
     session.add(row)

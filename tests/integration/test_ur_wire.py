@@ -168,6 +168,7 @@ def frames(stream: bytes) -> list[bytes]:
 def test_the_driver_sends_the_bytes_of_the_transcript(cell):
     target = (0.1, -1.57, 1.57, -1.57, -1.57, 0.0)
     where = address(7)
+    cell.world.ask("set", name="time_scale", value=1.0)
     with relay(where, cell.address) as relayed:
         robot = UrRtde(where)
         robot.connect()

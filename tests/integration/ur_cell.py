@@ -88,8 +88,9 @@ class World:
 class Cell:
     """One world and one controller at an address."""
 
-    def __init__(self, world: World, controller: Emulator, address: str) -> None:
+    def __init__(self, world: World, controller: Emulator, address: str, time_scale: float) -> None:
         self.world = world
+        self.time_scale = time_scale
         self.controller = controller
         self.address = address
 
@@ -97,6 +98,7 @@ class Cell:
         """Put the cell back to where every test starts."""
         self.controller.order(fault="local_control", on=False)
         self.world.set_safety("normal")
+        self.world.ask("set", name="time_scale", value=self.time_scale)
         self.world.ask("stop", acceleration=1e3)
         wait_until(self.world.at_rest, within_s=1.0)
         self.world.ask("move", joints=list(HERE), speed=1e2, acceleration=1e3)
@@ -129,4 +131,4 @@ def emulated_cell(folder: Path, number: int = 2, time_scale: float = 10.0) -> It
             "ur_controller", "--world", f"127.0.0.1:{port}", "--address", address(number)
         )
         stack.callback(controller.close)
-        yield Cell(world, controller, address(number))
+        yield Cell(world, controller, address(number), time_scale)

@@ -14,6 +14,12 @@ PRIOR_LENGTH = 1e-3
 PRIOR_ANGLE = 5e-3
 """The same for a link angle [rad]"""
 
+WIDE_LENGTH = 10.0
+"""The same for frames, nests and the anchor, about their closed-form start: no constraint, but it
+keeps directions in check that only the robot's own skewness shows [m]"""
+WIDE_ANGLE = 10.0
+"""[rad]"""
+
 
 @dataclass(frozen=True)
 class Choices:
@@ -99,10 +105,10 @@ def choices_of(fixed: list[str], free: list[str], priors: list[str]) -> Choices:
 def prior_std(cell: CellModel, choices: Choices) -> Float[Array, "parameter"]:
     """Standard deviation of every parameter [m, rad]: zero where fixed, infinite where free.
 
-    Links get the defaults; frames, nests and the anchor are unknown.
+    Links get the defaults; frames, nests and the anchor are as good as unknown.
     """
     n_links = 5 * cell.geometry.n_joints
-    std = np.full(len(cell.names), np.inf)
+    std = np.where(cell.is_angle, WIDE_ANGLE, WIDE_LENGTH)
     std[:n_links] = np.where(cell.is_angle[:n_links], PRIOR_ANGLE, PRIOR_LENGTH)
     for index, name in enumerate(cell.names):
         if name in choices.fixed:

@@ -105,7 +105,7 @@ def solve(
     fit = how(problem)
     for _ in range(_MAX_SECOND_LOOKS):
         now = structure(fit.cell, rows, std)
-        fresh = (now.identified | now.weak) & ~free & np.isfinite(std)
+        fresh = (now.identified | now.weak) & ~free
         if not fresh.any():
             break
         free |= fresh

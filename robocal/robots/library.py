@@ -11,6 +11,7 @@ _FOLDER = Path(__file__).parent
 ROBOTS = (
     "abb_irb120",
     "abb_irb910sc",
+    "kuka_iiwa14",
     "staubli_tx60",
     "ur3e",
     "ur5",

@@ -22,6 +22,7 @@ from robocal.measurements import MeasurementSet
 from robocal.robots.robot import Robot
 
 _HELD_OUT_FRACTION = 0.25
+_HELD_OUT_SEED = 1
 
 
 @dataclass(frozen=True)
@@ -192,7 +193,7 @@ def _held_out(
     campaign: Fields, measurements: MeasurementSet, split: tuple[str, ...]
 ) -> Bool[Array, "row"]:
     has_split = any(split)
-    fraction, seed = _HELD_OUT_FRACTION, 1.0
+    fraction, seed = _HELD_OUT_FRACTION, _HELD_OUT_SEED
     if "held_out" in campaign:
         fields = campaign.mapping("held_out")
         if "column" in fields:
@@ -202,13 +203,14 @@ def _held_out(
                 raise fields.error("column", "names 'split', which measurements.csv lacks")
         else:
             has_split = False
-            fraction, seed = fields.number("fraction"), fields.number("seed", 1.0)
+            fraction = fields.number("fraction")
+            seed = fields.whole_number("seed", _HELD_OUT_SEED)
             if not 0 <= fraction < 1:
                 raise fields.error("fraction", f"must be in [0, 1), not {fraction:g}")
         fields.finish()
     if has_split:
         return held_out_by_column("measurements.csv", measurements.lines, split)
-    return _draw_poses(measurements, fraction, int(seed))
+    return _draw_poses(measurements, fraction, seed)
 
 
 def _draw_poses(measurements: MeasurementSet, fraction: float, seed: int) -> Bool[Array, "row"]:

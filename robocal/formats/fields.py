@@ -3,12 +3,17 @@
 from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 import yaml
 
 from robocal.errors import BadInput
 
 _MAX_BYTES = 4_000_000
+_DEEPEST = 30
+"""Levels of nesting; no file of ours has more than six, and the parser recurses; [1]"""
+LARGEST = 1e15
+"""Numbers of this size and above are slips; their squares would overflow; any unit"""
 
 
 class Fields:
@@ -72,12 +77,21 @@ class Fields:
     def _number(self, name: str, node: yaml.Node) -> float:
         value = node.value if isinstance(node, yaml.ScalarNode) else ""
         try:
-            number = float(value)
+            number = number_from(value)
         except ValueError:
             raise self.error(name, f"must be a number, not '{value}'") from None
         if not abs(number) < float("inf"):
             raise self.error(name, f"must be a finite number, not '{value}'")
+        if abs(number) >= LARGEST:
+            raise self.error(name, f"must be smaller than {LARGEST:g}, not '{value}'")
         return number
+
+    def whole_number(self, name: str, default: int) -> int:
+        """A whole number that is not negative."""
+        number = self.number(name, float(default))
+        if number < 0 or number != int(number):
+            raise self.error(name, f"must be a whole number from 0 on, not {number:g}")
+        return int(number)
 
     def flag(self, name: str, *, default: bool) -> bool:
         """`true` or `false`."""
@@ -146,6 +160,35 @@ class Fields:
                 raise self.error(name, f"is not known{hint}")
 
 
+def number_from(text: str) -> float:
+    """A number as files write it; Python's own 1_000 is not one.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    if "_" in text:
+        raise ValueError(text)
+    return float(text)
+
+
+class _Loader(yaml.SafeLoader):
+    """Composes nodes, and refuses to follow a file down without end."""
+
+    _depth = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:  # noqa: ANN401
+        if self._depth == _DEEPEST:
+            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
+            problem = f"nested deeper than {_DEEPEST} levels"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=mark)
+        self._depth += 1
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+
 def read_fields(path: Path) -> Fields:
     """The top mapping of a YAML file.
 
@@ -160,7 +203,7 @@ def read_fields(path: Path) -> Fields:
 def fields_of(file: str, text: str) -> Fields:
     """The top mapping of YAML text that stands in `file`."""
     try:
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
+        node = yaml.compose(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark else 1

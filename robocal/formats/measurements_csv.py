@@ -103,7 +103,7 @@ def read_measurements(path: Path, robot: Robot) -> tuple[MeasurementSet, tuple[s
         payload=table.numbers("payload_kg"),
         speed=table.numbers("speed"),
         settle=table.numbers("settle_s"),
-        approach=_matrix(table, approach_columns(robot)),
+        approach=_approach(table, robot),
         commanded=_matrix(table, joint_columns(robot, "cmd")) * robot.joint_scale,
     )
     return measurements, table.text("split")
@@ -119,7 +119,23 @@ def _orientation(table: Table) -> Float[Array, "row 4"]:
             f"{table.file} line {table.lines[row]}",
             f"quaternion qw, qx, qy, qz has length {norm[row]:.4g}, must be 1",
         )
-    return np.asarray(quaternion / norm[:, None])
+    # Rows with a part missing keep the others, so that `unusable_rows` can name them.
+    whole = np.isfinite(norm)
+    quaternion[whole] /= norm[whole, None]
+    return quaternion
+
+
+def _approach(table: Table, robot: Robot) -> Float[Array, "row joint"]:
+    """Directions in which the joints last moved."""
+    directions = _matrix(table, approach_columns(robot))
+    wrong = ~(np.isnan(directions) | np.isin(directions, (-1.0, 0.0, 1.0)))
+    if wrong.any():
+        row, joint = np.argwhere(wrong)[0]
+        raise BadInput(
+            f"{table.file} line {table.lines[row]}",
+            f"column 'approach{joint + 1}' must be -1, 0 or 1, not {directions[row, joint]:g}",
+        )
+    return directions
 
 
 def _pose_numbers(table: Table) -> Array:
@@ -141,13 +157,18 @@ def unusable_rows(measurements: MeasurementSet) -> dict[int, str]:
     no_joints = np.isnan(measurements.joints).any(axis=1)
     parts = np.isfinite(measurements.position).sum(axis=1)
     nothing = (parts == 0) & np.isnan(measurements.distance)
-    for row in np.flatnonzero(no_joints | nothing | ((parts > 0) & (parts < 3))):
+    torn = (parts > 0) & (parts < 3)
+    turned = np.isfinite(measurements.orientation).sum(axis=1)
+    half_turned = (turned > 0) & (turned < 4)
+    for row in np.flatnonzero(no_joints | nothing | torn | half_turned):
         if no_joints[row]:
             reasons[int(row)] = "a joint reading is missing"
         elif nothing[row]:
             reasons[int(row)] = "neither position nor distance"
-        else:
+        elif torn[row]:
             reasons[int(row)] = "a coordinate of the position is missing"
+        else:
+            reasons[int(row)] = "a part of the quaternion is missing"
     return reasons
 
 

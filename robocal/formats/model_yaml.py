@@ -16,6 +16,7 @@ from robocal.formats.robot_yaml import (
     robot_document,
     robot_from_fields,
 )
+from robocal.formats.whole_file import write_whole
 from robocal.frames import frame_from_xyz_ypr, invert
 from robocal.identification.result import Identification
 from robocal.kinematics.model import KinematicModel, parameter_is_angle, parameter_names
@@ -64,7 +65,7 @@ def write_model(path: Path, calibrated: CalibratedRobot) -> None:
     """Write `model.yaml`."""
     document = model_document(calibrated)
     text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=120)
-    path.write_text(text, encoding="utf-8")
+    write_whole(path, text)
 
 
 def read_model(path: Path) -> CalibratedRobot:

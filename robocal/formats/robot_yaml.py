@@ -57,7 +57,7 @@ def robot_from_fields(fields: Fields, folder: Path) -> Robot:
 def plain_file_name(fields: Fields, name: str) -> str:
     """A file name without folders, so that a bundle cannot reach outside itself."""
     file = fields.text(name)
-    if file != Path(file).name or "\\" in file:
+    if file in ("", "..") or file != Path(file).name or "\\" in file:
         raise fields.error(name, f"must name a file beside this one, not '{file}'")
     return file
 

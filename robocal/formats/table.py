@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from robocal.errors import BadInput
-from robocal.formats.fields import read_text
+from robocal.formats.fields import LARGEST, number_from, read_text
 
 _MAX_BYTES = 400_000_000
 _REMARK = "note_"
@@ -43,24 +43,40 @@ class Table:
         Raises
         ------
         BadInput
-            If a cell is no finite number.
+            If a cell is no number of sensible size.
         """
         values = np.full(len(self.cells), np.nan)
         for row, cell in enumerate(self.text(column)):
             if not cell:
                 continue
             try:
-                values[row] = float(cell)
+                values[row] = number_from(cell)
             except ValueError:
                 raise self._bad_cell(row, column, cell) from None
-            if not np.isfinite(values[row]):
+            if not abs(values[row]) < LARGEST:
                 raise self._bad_cell(row, column, cell)
         return values
+
+    def complete(self, columns: Sequence[str]) -> Float[Array, "row column"]:
+        """Columns as numbers in which no cell may be empty.
+
+        Raises
+        ------
+        BadInput
+            Naming line and column of the first cell that is empty or no finite number.
+        """
+        values = np.column_stack([self.numbers(column) for column in columns])
+        missing = np.argwhere(np.isnan(values))
+        if len(missing):
+            row, column = missing[0]
+            where = f"{self.file} line {self.lines[row]}"
+            raise BadInput(where, f"column '{columns[column]}' is empty")
+        return np.asarray(values)
 
     def _bad_cell(self, row: int, column: str, cell: str) -> BadInput:
         return BadInput(
             f"{self.file} line {self.lines[row]}",
-            f"column '{column}' must be a number or empty, not '{cell[:40]}'",
+            f"column '{column}' must be a number below {LARGEST:g} or empty, not '{cell[:40]}'",
         )
 
     def require(self, columns: Iterable[str], why: str) -> None:
@@ -71,9 +87,11 @@ class Table:
         BadInput
             Naming the missing column and, where one looks alike, the column that was meant.
         """
+        columns = tuple(columns)
         for column in columns:
             if column not in self.header:
-                close = get_close_matches(column, self.header, n=1, cutoff=0.7)
+                others = [name for name in self.header if name not in columns]
+                close = get_close_matches(column, others, n=1, cutoff=0.6)
                 hint = f" (found '{close[0]}')" if close else ""
                 raise BadInput(f"{self.file} line 1", f"column '{column}' is missing{hint}; {why}")
 
@@ -136,7 +154,7 @@ def _check_header(file: str, header: tuple[str, ...]) -> None:
             raise BadInput(f"{file} line 1", f"column '{name}' is there twice")
 
 
-def write_table(path: Path, columns: dict[str, Sequence[str]]) -> None:
+def write_table(path: Path, columns: Mapping[str, Sequence[str]]) -> None:
     """A CSV file of formatted cells, one header row."""
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")

@@ -30,7 +30,6 @@ def make_folder(folder: Path) -> None:
 
 def write_json(path: Path, document: dict[str, object]) -> None:
     """Write a document, whole or not at all."""
-    text = json.dumps(document, indent=2, allow_nan=False) + "\n"
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    part.replace(path)
+    from robocal.formats.whole_file import write_whole
+
+    write_whole(path, json.dumps(document, indent=2, allow_nan=False) + "\n")

@@ -6,8 +6,11 @@ from collections.abc import Callable
 import typer
 
 from robocal.errors import BadInput, NoAnswer
+from service.commands.compensate import compensate
+from service.commands.convert import convert
 from service.commands.demo import demo
 from service.commands.emulate import emulate
+from service.commands.export import export
 from service.commands.identify import identify
 from service.commands.plan import plan
 from service.commands.predict import predict
@@ -17,6 +20,9 @@ from service.commands.uncertainty import uncertainty
 COMMANDS: tuple[Callable[..., None], ...] = (
     identify,
     predict,
+    compensate,
+    convert,
+    export,
     uncertainty,
     plan,
     serve,

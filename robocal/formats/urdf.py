@@ -1,7 +1,9 @@
 """Robots described in URDF: the one chain of joints from the root link to the only tip."""
 
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
+from xml.parsers import expat
 
 import numpy as np
 from jaxtyping import Float
@@ -9,12 +11,12 @@ from numpy import ndarray as Array
 
 from robocal.errors import BadInput
 from robocal.formats.fields import read_text
-from robocal.frames import frame_from_xyz_ypr
-from robocal.kinematics.model import KinematicModel
-from robocal.robots.from_axes import links_from_frames
+from robocal.formats.joint_origins import frame_from_xyz_rpy, geometry_of
+from robocal.formats.robot_import import ImportedRobot, RobotOptions
 from robocal.robots.robot import Robot
 
 _MOVING = ("revolute", "continuous", "prismatic")
+_LINE = "line of the file"
 
 
 def read_urdf(path: Path) -> Robot:
@@ -28,34 +30,66 @@ def read_urdf(path: Path) -> Robot:
     BadInput
         If the file is no URDF, the joints branch, or a joint type cannot be handled.
     """
-    text = read_text(path)
-    if "<!ENTITY" in text or "<!DOCTYPE" in text:
-        raise BadInput(path.name, "has a document type with entities; remove it")
-    try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise BadInput(f"{path.name} line {error.position[0]}", f"is not XML: {error}") from None
+    file = path.name
+    root = _parse(file, read_text(path))
     if root.tag != "robot":
-        raise BadInput(path.name, f"must have <robot> at the top, not <{root.tag}>")
+        raise BadInput(file, f"must have <robot> at the top, not <{root.tag}>")
     frames, prismatic, limits = [], [], []
     T = np.eye(4)
-    for joint in _chain(root, path.name):
-        T = T @ _origin(joint, path.name)
+    for joint in _chain(root, file):
+        T = T @ _origin(joint, file)
         kind = joint.get("type", "")
         if kind == "fixed":
             continue
         if kind not in _MOVING:
-            raise BadInput(
-                path.name, f"joint '{joint.get('name')}' has type '{kind}'; use one of {_MOVING}"
-            )
-        frames.append(T @ _turn_z_to(_triple(joint.find("axis"), "xyz", (1.0, 0, 0), path.name)))
+            raise _error(file, joint, f"has type '{kind}'; use one of {', '.join(_MOVING)}")
+        axis = _triple(joint.find("axis"), "xyz", (1.0, 0, 0), file)
+        if not axis.any():
+            raise _error(file, joint, "has a zero axis")
+        frames.append(T @ _turn_z_to(axis))
         prismatic.append(kind == "prismatic")
-        limits.append(_limits(joint, kind, path.name))
+        limits.append(_limits(joint, kind, file))
     if not frames:
-        raise BadInput(path.name, "has no moving joint")
-    links, mount, flange = links_from_frames(np.array(frames), T)
-    geometry = KinematicModel(links, np.array(prismatic), mount=mount, flange=flange)
+        raise BadInput(file, "has no moving joint")
+    geometry = geometry_of(np.array(frames), T, np.array(prismatic))
     return Robot(root.get("name", path.stem), geometry, np.array(limits))
+
+
+def import_urdf(path: Path, options: RobotOptions) -> ImportedRobot:
+    """A robot from URDF, under another name if one is given."""
+    robot = read_urdf(path)
+    notes = ("URDF's masses, shapes and mimic joints were left out",)
+    return ImportedRobot(replace(robot, name=options.name or robot.name), notes)
+
+
+def _parse(file: str, text: str) -> ElementTree.Element:
+    """The tree of an XML text, with the line of every element."""
+    builder = ElementTree.TreeBuilder()
+    parser = expat.ParserCreate()
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        builder.start(tag, attributes | {_LINE: str(parser.CurrentLineNumber)})
+
+    def refuse(*_: object) -> None:
+        raise BadInput(f"{file} line {parser.CurrentLineNumber}", "has a document type; remove it")
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = builder.end
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        parser.Parse(text, True)  # noqa: FBT003
+    except expat.ExpatError as error:
+        reason = expat.ErrorString(error.code)
+        raise BadInput(f"{file} line {error.lineno}", f"is not XML: {reason}") from None
+    root: ElementTree.Element = builder.close()
+    return root
+
+
+def _error(file: str, element: ElementTree.Element, reason: str) -> BadInput:
+    """A complaint about a joint or something in it."""
+    name = element.get("name")
+    what = f"{element.tag} '{name}'" if name else f"<{element.tag}>"
+    return BadInput(f"{file} line {element.get(_LINE)}", f"{what} {reason}")
 
 
 def _chain(root: ElementTree.Element, file: str) -> list[ElementTree.Element]:
@@ -65,10 +99,10 @@ def _chain(root: ElementTree.Element, file: str) -> list[ElementTree.Element]:
     for joint in root.findall("joint"):
         parent, child = joint.find("parent"), joint.find("child")
         if parent is None or child is None:
-            raise BadInput(file, f"joint '{joint.get('name')}' lacks parent or child")
+            raise _error(file, joint, "lacks parent or child")
         by_parent.setdefault(parent.get("link", ""), []).append(joint)
         if child.get("link") in children:
-            raise BadInput(file, f"link '{child.get('link')}' is the child of two joints")
+            raise _error(file, child, f"names '{child.get('link')}', the child of another joint")
         children.add(child.get("link"))
     roots = [link for link in by_parent if link not in children]
     if len(roots) != 1:
@@ -78,8 +112,10 @@ def _chain(root: ElementTree.Element, file: str) -> list[ElementTree.Element]:
     while link in by_parent:
         branches = [(joint, _moving_below(joint, by_parent)) for joint in by_parent[link]]
         most = max(count for _, count in branches)
-        if most > 0 and sum(count > 0 for _, count in branches) > 1:
-            raise BadInput(file, f"branches at link '{link}'; only serial arms can be calibrated")
+        moving = [joint for joint, count in branches if count > 0]
+        if len(moving) > 1:
+            reason = f"is a second branch at link '{link}'; only serial arms can be calibrated"
+            raise _error(file, moving[1], reason)
         joint = next(joint for joint, count in branches if count == most)
         chain.append(joint)
         link = _child(joint)
@@ -112,18 +148,16 @@ def _triple(
     try:
         values = np.array([float(word) for word in text.split()])
     except ValueError:
-        raise BadInput(file, f"{name}='{text}' is not three numbers") from None
+        raise _error(file, element, f"has {name}='{text}', not three numbers") from None
     if values.shape != (3,) or not np.isfinite(values).all():
-        raise BadInput(file, f"{name}='{text}' is not three numbers")
+        raise _error(file, element, f"has {name}='{text}', not three numbers")
     return values
 
 
 def _origin(joint: ElementTree.Element, file: str) -> Float[Array, "4 4"]:
     origin = joint.find("origin")
-    rpy = _triple(origin, "rpy", (0.0, 0.0, 0.0), file)
-    return frame_from_xyz_ypr(
-        np.concatenate([_triple(origin, "xyz", (0.0, 0.0, 0.0), file), rpy[::-1]])
-    )
+    xyz = _triple(origin, "xyz", (0.0, 0.0, 0.0), file)
+    return frame_from_xyz_rpy(xyz, _triple(origin, "rpy", (0.0, 0.0, 0.0), file))
 
 
 def _turn_z_to(axis: Float[Array, "3"]) -> Float[Array, "4 4"]:
@@ -133,18 +167,22 @@ def _turn_z_to(axis: Float[Array, "3"]) -> Float[Array, "4 4"]:
     x = start - z * (z @ start)
     x /= np.linalg.norm(x)
     T = np.eye(4)
-    if not np.allclose(z, (0, 0, 1)):
+    if z[2] != 1.0:
         T[:3, :3] = np.column_stack([x, np.cross(z, x), z])
     return T
 
 
 def _limits(joint: ElementTree.Element, kind: str, file: str) -> tuple[float, float]:
     limit = joint.find("limit")
-    if kind == "continuous" or limit is None:
+    if kind == "continuous" or (limit is None and kind == "revolute"):
         return (-2 * np.pi, 2 * np.pi)
+    if limit is None:
+        raise _error(file, joint, "is prismatic and has no <limit>")
     try:
-        return float(limit.get("lower", "0")), float(limit.get("upper", "0"))
+        lower, upper = float(limit.get("lower", "0")), float(limit.get("upper", "0"))
     except ValueError:
-        raise BadInput(
-            file, f"joint '{joint.get('name')}' has limits that are no numbers"
-        ) from None
+        raise _error(file, limit, f"of '{joint.get('name')}' is no number") from None
+    if not lower < upper:
+        reason = f"of '{joint.get('name')}' has lower {lower:g} not below upper {upper:g}"
+        raise _error(file, limit, reason)
+    return lower, upper

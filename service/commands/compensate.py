@@ -1,0 +1,71 @@
+"""`robocal compensate`."""
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from robocal.errors import NoAnswer
+from service.commands.options import AsJson, OutFile
+
+_NAMED = 20
+"""Targets that a person is told of one by one; the file and --json name them all."""
+
+
+class Frame(StrEnum):
+    """Where targets are stated."""
+
+    measuring = "measuring"
+    base = "base"
+
+
+def compensate(
+    model: Annotated[Path, typer.Argument(metavar="MODEL.yaml")],
+    targets: Annotated[Path, typer.Argument(metavar="TARGETS.csv", help="x_mm ... qz a row")],
+    out: OutFile,
+    frame: Annotated[
+        Frame, typer.Option(help="targets in the measuring frame or in the robot base")
+    ] = Frame.measuring,
+    *,
+    as_json: AsJson = False,
+) -> None:
+    """Joints that really reach the wanted tool poses; names the targets that cannot be reached."""
+    from robocal.compensation import Reach, compensate_targets
+    from robocal.formats.model_yaml import read_model
+    from robocal.formats.targets_csv import read_targets, write_compensated
+
+    calibrated = read_model(model)
+    wanted = read_targets(targets, calibrated.robot)
+    in_base = frame is Frame.base
+    result = compensate_targets(calibrated, wanted.wanted, wanted.nominal_q, in_base=in_base)
+    write_compensated(out, wanted, calibrated.robot, result)
+    missed = [row for row, reach in enumerate(result.reach) if reach is not Reach.reached]
+    reached = len(result.reach) - len(missed)
+    document = {
+        "targets": len(result.reach),
+        "reached": reached,
+        "missed": [
+            {
+                "line": int(wanted.table.lines[row]),
+                "status": str(result.reach[row]),
+                "position_error_mm": float(result.position_error[row]) * 1e3,
+            }
+            for row in missed
+        ],
+        "out": str(out),
+    }
+    if as_json:
+        print(json.dumps(document, indent=2))
+    else:
+        for row in missed[:_NAMED]:
+            print(
+                f"{targets.name} line {wanted.table.lines[row]}: {result.reach[row]}, "
+                f"{result.position_error[row] * 1e3:.4f} mm off"
+            )
+        if len(missed) > _NAMED:
+            print(f"... and {len(missed) - _NAMED} more, see column 'status'")
+        print(f"{reached} of {len(result.reach)} targets reached -> {out}")
+    if not reached:
+        raise NoAnswer(f"{targets.name}: the calibrated robot reaches none of the targets")

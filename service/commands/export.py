@@ -1,0 +1,58 @@
+"""`robocal export`: a calibrated robot for another program."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from robocal.errors import BadInput
+from service.commands.options import AsJson
+
+
+def export(
+    model: Annotated[Path, typer.Argument(metavar="MODEL.yaml")],
+    file_format: Annotated[
+        str, typer.Option("--format", help="urdf, ur-kinematics, robodk, mdh-json, mdh-csv")
+    ],
+    out: Annotated[Path, typer.Option("--out", help="file to write")],
+    own_hash: Annotated[
+        str | None,
+        typer.Option(
+            "--hash", help="UR: the robot's own hash (calib_...) or its own kinematics YAML"
+        ),
+    ] = None,
+    euler: Annotated[
+        str | None, typer.Option(help="RoboDK: order of three angles, zyx or xyz")
+    ] = None,
+    *,
+    as_json: AsJson = False,
+) -> None:
+    """Write the calibrated geometry for another program, read it back and compare."""
+    from robocal.formats.formats import WRITERS
+    from robocal.formats.model_export import ExportOptions, write_export
+    from robocal.formats.model_yaml import read_model
+
+    if file_format not in WRITERS:
+        raise BadInput(
+            "option --format", f"must be one of {', '.join(WRITERS)}, not '{file_format}'"
+        )
+    made = WRITERS[file_format](read_model(model), ExportOptions(own_hash, euler))
+    difference = write_export(out, made)
+    if as_json:
+        document = {
+            "format": file_format,
+            "poses": difference.poses,
+            "largest_position_m": difference.position,
+            "largest_angle_rad": difference.angle,
+            "left_out": made.left_out,
+            "out": str(out),
+        }
+        print(json.dumps(document, indent=2))
+        return
+    for sentence in made.left_out:
+        print(f"note: {sentence}")
+    print(
+        f"read back, {difference.poses} poses: largest difference {difference.position:.1e} m, "
+        f"{difference.angle:.1e} rad -> {out}"
+    )

@@ -4,7 +4,7 @@ With whitened residual r and Jacobian A of a row and the Hessian H of the fit, t
 good row that took part has covariance :math:`I - A H^{-1} A^T`, of one that did not
 :math:`I + A H^{-1} A^T`; so :math:`t^2 = r^T (I \mp A H^{-1} A^T)^{-1} r` follows chi-square. Where
 the model leaves more than the declared noise, the median sets the scale and only gross errors
-count.
+count. Position, orientation and length of a row are judged each on its own.
 
 References
 ----------
@@ -22,10 +22,11 @@ from robocal.identification.cell_model import CellModel
 from robocal.identification.observations import Observations
 from robocal.identification.problem import whitened_blocks
 
-REJECT = 1e-3
+REJECT = 1.5e-3
 """Chance of a good row to be rejected where the model is adequate; [1]"""
 REJECT_GROSS = 1e-9
 """The same where it is not and the scale comes from the residuals themselves; [1]"""
+_PARTS = ("position", "orientation", "distance")
 _ADEQUATE_SCALE = 1.3
 """Robust standard deviation, in declared ones, above which the model counts as inadequate; [1]"""
 
@@ -66,34 +67,35 @@ def score_rows(
     scale
         Standard deviation of the residuals in declared ones; from the used rows if None.
     """
-    squares = np.zeros(len(rows))
+    squares = np.zeros((len(_PARTS), len(rows)))
     root = np.linalg.cholesky(covariance)
     for block in whitened_blocks(cell, rows, free):
         n = len(block.rows)
         spread = (root.T @ block.J).reshape(len(free), block.components, n)
-        leverage = np.einsum("acm,adm->mcd", spread, spread)
         sign = np.where(used[block.rows], -1.0, 1.0)[:, None, None]
-        own = np.eye(block.components) + sign * leverage
-        # A row that alone determines a parameter has no residual of its own to judge.
-        own += 1e-9 * np.eye(block.components)
         r = block.r.reshape(block.components, n).T
-        squares[block.rows] += np.einsum(
-            "mc,mc->m", r, np.linalg.solve(own, r[:, :, None])[:, :, 0]
-        )
-    nu = rows.scalars_of_row
+        for part, components in block.parts:
+            arm = spread[:, components]
+            own = np.eye(arm.shape[1]) + sign * np.einsum("acm,adm->mcd", arm, arm)
+            # A row that alone determines a parameter has no residual of its own to judge.
+            own += 1e-9 * np.eye(arm.shape[1])
+            off = r[:, components]
+            scaled = np.linalg.solve(own, off[:, :, None])[:, :, 0]
+            squares[_PARTS.index(part), block.rows] = (off * scaled).sum(axis=1)
+    weights = (rows.position_weight, rows.orientation_weight, rows.distance_weight)
+    there = np.stack(weights) > 0
+    half_nu = np.array([1.5, 1.5, 0.5])[:, None]
     if scale is None:
-        scale = _robust_scale(squares, nu, used & (nu > 0))
-    squares = squares / scale**2
-    chance = np.where(nu > 0, gammaincc(np.maximum(nu, 1) / 2.0, squares / 2.0), 1.0)
-    return RowScores(np.sqrt(squares), chance, scale)
+        scale = _robust_scale(squares / gammaincinv(half_nu, 0.5) / 2.0, there & used)
+    chances = np.where(there, gammaincc(half_nu, squares / scale**2 / 2.0), 1.0)
+    # The worst of several parts is judged, so its chance counts as often as there are parts.
+    chance = np.minimum(1.0, chances.min(axis=0) * np.maximum(there.sum(axis=0), 1))
+    return RowScores(np.sqrt(squares.max(axis=0)) / scale, chance, scale)
 
 
-def _robust_scale(
-    squares: Float[Array, "row"], nu: Int[Array, "row"], judged: Bool[Array, "row"]
-) -> float:
+def _robust_scale(ratio: Float[Array, "part row"], judged: Bool[Array, "part row"]) -> float:
     """Median of the squares over chi-square's median; 1 where that is the declared noise."""
     if not judged.any():
         return 1.0
-    ratio = squares[judged] / (2.0 * gammaincinv(nu[judged] / 2.0, 0.5))
-    scale = float(np.sqrt(np.median(ratio)))
+    scale = float(np.sqrt(np.median(ratio[judged])))
     return scale if scale > _ADEQUATE_SCALE else 1.0

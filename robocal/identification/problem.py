@@ -127,10 +127,15 @@ class WhitenedBlock:
 
     rows: Int[Array, "row"]
     """Indices of the rows."""
-    components: int
-    """How many scalars a row has in this block; scalar c of row k stands at c * rows + k."""
+    parts: tuple[tuple[str, slice], ...]
+    """What is measured here, with its components of a row: (("position", slice(0, 3)), ...)."""
     J: Float[Array, "free scalar"]
     r: Float[Array, "scalar"]
+
+    @property
+    def components(self) -> int:
+        """How many scalars a row has here; scalar c of row k stands at c * rows + k."""
+        return int(self.parts[-1][1].stop)
 
 
 def whitened_blocks(
@@ -166,13 +171,17 @@ def _block(
     target, J = pose_jacobian(cell.at_place(place), group.joints[block])
     J = J[chosen]
     J[chosen < 0] = 0.0
+    parts: list[tuple[str, slice]] = []
     parts_J, parts_r = [], []
     if group.has_position:
         weight = group.position_weight[block]
+        parts.append(("position", slice(0, 3)))
         parts_J.append(J[:, :3] * weight)
         parts_r.append((group.position[:, block] - target.p) * weight)
     if group.has_orientation:
         weight = group.orientation_weight[block]
+        first = parts[-1][1].stop if parts else 0
+        parts.append(("orientation", slice(first, first + 3)))
         parts_J.append(J[:, 3:] * weight)
         parts_r.append(rotation_residual(group.axes[:, :, block], target) * weight)
     if group.has_distance:
@@ -182,10 +191,10 @@ def _block(
         anchor = cell.anchor_columns
         is_anchor = (free >= anchor.start) & (free < anchor.stop)
         along[is_anchor] = -direction[free[is_anchor] - anchor.start]
+        first = parts[-1][1].stop if parts else 0
+        parts.append(("distance", slice(first, first + 1)))
         parts_J.append((along * weight)[:, None])
         parts_r.append(((group.distance[block] - length) * weight)[None])
     whitened = np.concatenate(parts_J, axis=1)
     residual = np.concatenate(parts_r, axis=0)
-    return WhitenedBlock(
-        index, residual.shape[0], whitened.reshape(len(free), -1), residual.ravel()
-    )
+    return WhitenedBlock(index, tuple(parts), whitened.reshape(len(free), -1), residual.ravel())

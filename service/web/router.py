@@ -1,5 +1,120 @@
 """The pages for the operator; mounted at the root of the service."""
 
-from fastapi import APIRouter
+from http import HTTPStatus
+
+from fastapi import APIRouter, Request, Response
+from fastapi.responses import HTMLResponse
+
+from service.campaigns import life, results
+from service.campaigns import store as campaigns
+from service.campaigns.models import ENDED, Campaign, CampaignKind, CampaignState
+from service.campaigns.results import ResultKind
+from service.cells import store as cells
+from service.db.engine import Database
+from service.dependencies import DatabaseDependency
+from service.errors import NotFound
+from service.web import assets, forms, result_view
+from service.web.rendering import page
 
 router = APIRouter(include_in_schema=False)
+
+SHOWN_CAMPAIGNS = 20
+
+
+@router.get("/")
+def home(database: DatabaseDependency) -> HTMLResponse:
+    """Cells, campaigns, and the forms that start something."""
+    with database.read() as session:
+        all_cells = cells.all_cells(session)
+        newest = campaigns.page(session, None, None, SHOWN_CAMPAIGNS)
+    return page(
+        "home.html",
+        cells=all_cells,
+        campaigns=newest,
+        cell_fields=forms.cell_fields(),
+        cell_detail_fields=forms.cell_detail_fields(),
+        campaign_fields=forms.campaign_fields([cell.name for cell in all_cells]),
+    )
+
+
+@router.get("/parts/cells")
+def cells_part(database: DatabaseDependency) -> HTMLResponse:
+    """List the cells anew."""
+    with database.read() as session:
+        return page("part_cells.html", cells=cells.all_cells(session))
+
+
+@router.get("/parts/cells/{name}")
+def cell_part(name: str, database: DatabaseDependency) -> HTMLResponse:
+    """Show one cell anew."""
+    with database.read() as session:
+        return page("part_cells.html", cells=[cells.shown(cells.find(session, name))])
+
+
+@router.get("/parts/campaigns")
+def campaigns_part(database: DatabaseDependency) -> HTMLResponse:
+    """List the newest campaigns anew."""
+    with database.read() as session:
+        newest = campaigns.page(session, None, None, SHOWN_CAMPAIGNS)
+    return page("part_campaigns.html", campaigns=newest)
+
+
+@router.get("/campaigns/{number}")
+def campaign_page(number: int, database: DatabaseDependency) -> HTMLResponse:
+    """Live progress of a campaign, and its result."""
+    with database.read() as session:
+        try:
+            shown = campaigns.shown(session, life.find(session, number))
+        except NotFound as error:
+            return page("problem.html", HTTPStatus.NOT_FOUND, sentence=str(error))
+        own_cell = [cells.shown(cells.find(session, shown.cell))] if shown.cell else []
+    return page("campaign.html", campaign=shown, cells=own_cell, ended=False)
+
+
+@router.get("/parts/campaigns/{number}/result")
+def result_part(number: int, database: DatabaseDependency) -> HTMLResponse:
+    """Tables of a result; empty until there is one."""
+    with database.read() as session:
+        shown = campaigns.shown(session, life.find(session, number))
+    if shown.state is not CampaignState.finished:
+        return page("part_no_result.html", ended=shown.state in ENDED)
+    if shown.kind is CampaignKind.verify:
+        return _verification(database, shown)
+    return _identification(database, shown)
+
+
+@router.get("/assets/{collection}/{version}/{file}")
+def asset(request: Request, collection: str, version: str, file: str) -> Response:
+    """Style, scripts and plotly.js."""
+    return assets.answer(request, collection, version, file)
+
+
+def _identification(database: Database, campaign: Campaign) -> HTMLResponse:
+    with database.read() as session:
+        found = results.newest(session, campaign.id, ResultKind.identification)
+        identification, version = found.document, found.software_version
+        uncertainty = results.newest(session, campaign.id, ResultKind.uncertainty).document
+    return page(
+        "part_identification.html",
+        campaign=campaign,
+        identification=identification,
+        uncertainty=uncertainty,
+        software_version=version,
+        reduction=result_view.identification_reduction(identification),
+        parameters=result_view.parameter_lines(identification),
+        base=result_view.frame_lines(identification, "base"),
+        tool=result_view.frame_lines(identification, "tool"),
+        residuals=result_view.residual_lines(identification),
+        noise=result_view.noise_verdict(uncertainty),
+    )
+
+
+def _verification(database: Database, campaign: Campaign) -> HTMLResponse:
+    with database.read() as session:
+        verification = results.newest(session, campaign.id, ResultKind.verification).document
+    return page(
+        "part_verification.html",
+        campaign=campaign,
+        reduction=result_view.verification_reduction(verification),
+        errors_of=result_view.verification_lines(verification),
+    )

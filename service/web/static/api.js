@@ -1,0 +1,39 @@
+// Requests to the service. A refusal carries the one sentence that the service gave.
+
+import { say } from "./words.js";
+
+export class Refusal extends Error {}
+
+export function newKey() {
+  // Not crypto.randomUUID: it is missing where a page comes over plain HTTP from another host.
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+}
+
+export function get(address) {
+  return send(address, { headers: { Accept: "application/json" } });
+}
+
+export function post(address, { json, file, key = newKey() } = {}) {
+  const headers = { "Idempotency-Key": key };
+  if (json) headers["Content-Type"] = "application/json";
+  if (file) headers["Content-Type"] = "application/zip";
+  return send(address, { method: "POST", headers, body: json ? JSON.stringify(json) : file });
+}
+
+async function send(address, options) {
+  const answer = await reach(address, options);
+  if (answer.ok) return answer.json();
+  const told = answer.headers.get("content-type")?.startsWith("application/problem+json");
+  throw new Refusal(
+    told ? (await answer.json()).detail : say("answer_unclear", { status: answer.status }),
+  );
+}
+
+async function reach(address, options) {
+  try {
+    return await fetch(address, options);
+  } catch (error) {
+    throw new Refusal(say("no_answer"), { cause: error });
+  }
+}

@@ -1,0 +1,98 @@
+// The page of one campaign: follow it, steer it, show what came of it.
+
+import { get, post } from "./api.js";
+import { watchCells } from "./cells.js";
+import { confirmed } from "./confirm.js";
+import { drawResiduals, drawVerification } from "./error_plot.js";
+import { refresh } from "./parts.js";
+import { loadPlotly } from "./plot.js";
+import { ENDED, showProgress } from "./progress.js";
+import { ReadingsPlot } from "./readings_plot.js";
+import { say } from "./words.js";
+
+const page = document.getElementById("campaign");
+const address = `/api/v1/campaigns/${page.dataset.campaign}`;
+const cell = document.getElementById("cell");
+const connection = document.getElementById("connection");
+const refusal = document.getElementById("refusal");
+const result = document.getElementById("result");
+const readings = document.getElementById("readings");
+const plot = new ReadingsPlot(document.getElementById("readings-plot"));
+
+let latest = null;
+
+const ACTIONS = {
+  pause: () => post(`${address}/pause`),
+  resume: () => post(`${address}/resume`),
+  skip: () => post(`${address}/resume`, { json: { skip_pose: true } }),
+  abort: async () => {
+    const sure = await confirmed(say("abort_question"), say("abort_warning"), say("abort_confirm"));
+    if (sure) await post(`${address}/abort`);
+  },
+};
+
+document.getElementById("controls").addEventListener("click", async (event) => {
+  const button = event.target.closest("button[data-do]");
+  if (!button) return;
+  refusal.hidden = true;
+  try {
+    await ACTIONS[button.dataset.do]();
+  } catch (error) {
+    refusal.textContent = error.message;
+    refusal.hidden = false;
+  }
+});
+
+function follow() {
+  const events = new EventSource(`${address}/events`);
+  events.addEventListener("open", () => (connection.hidden = true));
+  events.addEventListener("error", () => (connection.hidden = false));
+  events.addEventListener("reading", (event) => {
+    latest = JSON.parse(event.data);
+    readings.hidden = false;
+    plot.add(latest);
+  });
+  events.addEventListener("progress", (event) => {
+    const campaign = JSON.parse(event.data);
+    showProgress(campaign, latest);
+    // Whoever resumes a campaign arms the cell first, and can do both here.
+    if (cell) showCell(campaign.state === "paused");
+    if (ENDED.includes(campaign.state)) {
+      events.close();
+      showResult(campaign);
+    }
+  });
+}
+
+async function showCell(wanted) {
+  if (wanted && cell.hidden) await refresh(cell);
+  cell.hidden = !wanted;
+}
+
+async function showResult(campaign) {
+  await refresh(result);
+  const place = result.querySelector("[data-plot]");
+  if (campaign.state !== "finished" || !place) return;
+  document.getElementById("result-downloads").hidden = false;
+  const kind = place.dataset.plot === "verification" ? "verification" : "identification";
+  const draw = kind === "verification" ? drawVerification : drawResiduals;
+  const found = await get(`${address}/${kind}`);
+  await withPlotly(place, (plotly) => draw(plotly, place, found));
+  place.dataset.drawn = "yes";
+}
+
+async function withPlotly(place, use) {
+  let plotly;
+  try {
+    plotly = await loadPlotly(page.dataset.plotly);
+  } catch {
+    place.textContent = say("plot_failed");
+    return;
+  }
+  await use(plotly);
+}
+
+if (cell) watchCells(cell);
+follow();
+document.documentElement.dataset.ready = "yes";
+await withPlotly(document.getElementById("readings-plot"), (plotly) => plot.use(plotly));

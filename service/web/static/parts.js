@@ -1,0 +1,28 @@
+// Parts of a page that the service renders anew.
+
+const shown = new WeakMap();
+
+export async function refresh(part) {
+  const answer = await fetch(part.dataset.part);
+  if (!answer.ok) throw new Error(`${part.dataset.part}: status ${answer.status}`);
+  const text = await answer.text();
+  if (text === shown.get(part)) return;
+  const focused = part.contains(document.activeElement) ? document.activeElement.id : "";
+  shown.set(part, text);
+  part.innerHTML = text;
+  if (focused) document.getElementById(focused)?.focus();
+  part.dispatchEvent(new Event("refreshed"));
+}
+
+export function keepFresh(part, seconds) {
+  setInterval(async () => {
+    if (document.hidden) return;
+    try {
+      await refresh(part);
+      part.classList.remove("stale");
+    } catch {
+      // The service is away for a moment; what is shown is old until it comes back.
+      part.classList.add("stale");
+    }
+  }, 1000 * seconds);
+}

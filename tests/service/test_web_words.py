@@ -1,0 +1,58 @@
+"""Every text of the pages stands in one place, and every text there is used."""
+
+import re
+from pathlib import Path
+
+import service.web
+from service.campaigns.models import CampaignKind, CampaignState
+from service.web import forms
+from service.web.words import WORDS
+
+WEB = Path(service.web.__file__).parent
+SOURCES = [*WEB.glob("templates/*.html"), *WEB.glob("static/*.js"), *WEB.glob("*.py")]
+
+
+def named_in_full() -> set[str]:
+    text = "\n".join(
+        path.read_text(encoding="utf-8") for path in SOURCES if path.name != "words.py"
+    )
+    return set(re.findall(r"\bw\.(\w+)", text)) | set(re.findall(r"""["'`](\w+)["'`]""", text))
+
+
+def made_of_parts() -> set[str]:
+    fields = (*forms.cell_fields(), *forms.cell_detail_fields(), *forms.campaign_fields([]))
+    return {
+        *(f"field_{field.key}" for field in fields),
+        *(f"hint_{field.key}" for field in fields),
+        *(f"choice_{kind}" for kind in forms.KINDS_OFFERED),
+        *(f"kind_{kind}" for kind in CampaignKind),
+        *(f"state_{state}" for state in CampaignState),
+        *(f"purpose_{purpose}" for purpose in ("calibrate", "nominal", "compensated")),
+        *(f"status_{status}" for status in ("identified", "fixed", "redundant")),
+        *(f"residuals_{rows}" for rows in ("before", "fit", "held_out")),
+        *(f"verification_{rows}" for rows in ("before", "after")),
+        *(f"download_{kind}" for kind in ("identification", "uncertainty", "verification")),
+    }
+
+
+def test_every_text_that_a_page_asks_for_is_there():
+    asked = set()
+    for path in SOURCES:
+        text = path.read_text(encoding="utf-8")
+        asked |= set(re.findall(r"\bw\.(?!get\b)(\w+)", text)) | set(
+            re.findall(r'say\("(\w+)"', text)
+        )
+    optional = {name for name in made_of_parts() if name.startswith("hint_")}
+    assert (asked | made_of_parts()) - optional - WORDS.keys() == set()
+
+
+def test_no_text_is_left_over():
+    assert WORDS.keys() - named_in_full() - made_of_parts() == set()
+
+
+def test_templates_and_scripts_hold_no_text_of_their_own():
+    for path in WEB.glob("templates/*.html"):
+        text = re.sub(r"\{[{%#].*?[}%#]\}", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        between = re.findall(r">([^<>]+)<", text)
+        left = [part.strip() for part in between if re.search(r"[A-Za-z]{3}", part)]
+        assert left == [], path.name

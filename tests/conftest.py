@@ -1,1 +1,39 @@
-"""Makes the checkout importable before any folder of tests is, whatever pytest is started with."""
+"""What tests of several folders share. Loading it makes the checkout importable as well."""
+
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from service.cli import main
+from tests.measured_cell import true_cell, write_bundle
+
+
+@pytest.fixture
+def call(capsys, monkeypatch) -> Callable[..., tuple[int, str, str]]:
+    """The command line in this process: exit status, output, complaint."""
+
+    def command(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["robocal", *map(str, arguments)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        printed = capsys.readouterr()
+        return int(left.value.code or 0), printed.out, printed.err
+
+    return command
+
+
+@pytest.fixture(scope="session")
+def sound_bundle(tmp_path_factory) -> Path:
+    """48 full poses of a UR5e, 36 of them to fit; not to be changed."""
+    folder = tmp_path_factory.mktemp("sound_bundle")
+    write_bundle(folder, "ur5e", true_cell("ur5e", 1), rows=48)
+    return folder
+
+
+@pytest.fixture
+def bundle(sound_bundle, tmp_path) -> Path:
+    """A copy of it that a test may spoil."""
+    return Path(shutil.copytree(sound_bundle, tmp_path / "bundle"))

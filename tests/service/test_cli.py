@@ -11,7 +11,6 @@ import pytest
 import yaml
 
 from tests.elementary_kinematics import ROBOTS, Arm, frame, load_arm
-from tests.measured_cell import true_cell, write_bundle
 
 ROOT = Path(__file__).parents[2]
 ENTRY = "from service.cli import main; main()"
@@ -29,24 +28,10 @@ def run(*arguments: object) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.fixture(scope="module")
-def measured(tmp_path_factory) -> Path:
-    """A sound bundle of a UR5e: 48 full poses."""
-    folder = tmp_path_factory.mktemp("measured")
-    write_bundle(folder, "ur5e", true_cell("ur5e", 1), rows=48)
-    return folder
-
-
-@pytest.fixture
-def bundle(measured, tmp_path) -> Path:
-    """A copy of it that a test may spoil."""
-    return Path(shutil.copytree(measured, tmp_path / "bundle"))
-
-
-@pytest.fixture(scope="module")
-def identified(measured, tmp_path_factory) -> Path:
+def identified(sound_bundle, tmp_path_factory) -> Path:
     """What `identify` wrote for it."""
     out = tmp_path_factory.mktemp("identified") / "a" / "new" / "folder"
-    done = run("identify", measured, "--out", out, "--json")
+    done = run("identify", sound_bundle, "--out", out, "--json")
     assert done.returncode == 0, done.stderr
     (out / "printed.json").write_text(done.stdout)
     assert done.stderr == ""
@@ -108,21 +93,23 @@ def test_the_standard_deviations_are_in_the_unit_beside_them(identified):
     assert all(1e-4 < std < 0.2 for std in document["base"]["std"] + document["tool"]["std"])
 
 
-def test_both_strategies_are_offered_and_named_in_the_result(call, measured, tmp_path):
-    status, out, _ = call("identify", measured, "--strategy", "cross", "--out", tmp_path, "--json")
+def test_both_strategies_are_offered_and_named_in_the_result(call, sound_bundle, tmp_path):
+    status, out, _ = call(
+        "identify", sound_bundle, "--strategy", "cross", "--out", tmp_path, "--json"
+    )
     assert status == 0
     assert json.loads(out)["strategy"] == "cross"
 
 
-def test_without_json_a_person_reads_before_and_after(call, measured, tmp_path):
-    status, out, _ = call("identify", measured, "--out", tmp_path)
+def test_without_json_a_person_reads_before_and_after(call, sound_bundle, tmp_path):
+    status, out, _ = call("identify", sound_bundle, "--out", tmp_path)
     assert status == 0
     assert "nominal, frames fitted" in out
     assert "held out" in out
     assert str(tmp_path / "model.yaml") in out
 
 
-def test_predict_fills_the_columns_with_the_models_poses(call, measured, identified, tmp_path):
+def test_predict_fills_the_columns_with_the_models_poses(call, sound_bundle, identified, tmp_path):
     """Through the model file alone; to the 0.1 nm that the table prints."""
     header = [f"j{i}_deg" for i in range(1, 7)]
     q = load_arm("ur5e").draw(np.random.default_rng(2), 40)
@@ -147,15 +134,17 @@ def test_predict_fills_the_columns_with_the_models_poses(call, measured, identif
     np.testing.assert_allclose(2 * (x * y + w * z), T[:, 1, 0], atol=1e-10)
 
 
-def test_predict_agrees_with_the_measurements_to_the_noise(call, measured, identified, tmp_path):
+def test_predict_agrees_with_the_measurements_to_the_noise(
+    call, sound_bundle, identified, tmp_path
+):
     out = tmp_path / "predicted.csv"
     status, _, _ = call(
-        "predict", identified / "model.yaml", measured / "measurements.csv", "--out", out
+        "predict", identified / "model.yaml", sound_bundle / "measurements.csv", "--out", out
     )
     assert status == 0
     predicted, seen = (
         np.loadtxt(path, delimiter=",", skiprows=1)[:, 6:9]
-        for path in (out, measured / "measurements.csv")
+        for path in (out, sound_bundle / "measurements.csv")
     )
     assert 0.01 < np.sqrt(((predicted - seen) ** 2).sum(axis=1).mean()) < 0.06
 
@@ -178,8 +167,10 @@ def test_plan_takes_a_robot_file_of_ones_own(call, tmp_path):
     assert "j3_mm" in (tmp_path / "plan" / "plan.csv").read_text().splitlines()[0]
 
 
-def test_uncertainty_writes_both_ways_of_reckoning(call, measured, tmp_path):
-    status, printed, _ = call("uncertainty", measured, "--out", tmp_path, "--draws", 1000, "--json")
+def test_uncertainty_writes_both_ways_of_reckoning(call, sound_bundle, tmp_path):
+    status, printed, _ = call(
+        "uncertainty", sound_bundle, "--out", tmp_path, "--draws", 1000, "--json"
+    )
     assert status == 0
     document = json.loads(printed)
     assert document == json.loads((tmp_path / "uncertainty.json").read_text())
@@ -213,21 +204,21 @@ def test_bad_input_leaves_one_line_and_status_2_in_a_real_process(bundle, tmp_pa
     assert not (tmp_path / "out").exists()
 
 
-def test_a_file_in_place_of_the_out_folder_is_named(call, measured, tmp_path):
+def test_a_file_in_place_of_the_out_folder_is_named(call, sound_bundle, tmp_path):
     taken = tmp_path / "taken"
     taken.write_text("mine")
     for out in (taken, taken / "below"):
-        status, printed, complaint = call("identify", measured, "--out", out)
+        status, printed, complaint = call("identify", sound_bundle, "--out", out)
         assert (status, printed) == (2, "")
         assert str(out) in complaint
         assert complaint.count("\n") == 1
     assert taken.read_text() == "mine"
 
 
-def test_a_folder_in_place_of_the_out_file_is_named(call, measured, identified, tmp_path):
+def test_a_folder_in_place_of_the_out_file_is_named(call, sound_bundle, identified, tmp_path):
     for out in (tmp_path, tmp_path / "missing" / "f.csv"):
         status, _, complaint = call(
-            "predict", identified / "model.yaml", measured / "measurements.csv", "--out", out
+            "predict", identified / "model.yaml", sound_bundle / "measurements.csv", "--out", out
         )
         assert status == 2
         assert str(out) in complaint
@@ -235,17 +226,19 @@ def test_a_folder_in_place_of_the_out_file_is_named(call, measured, identified, 
 
 
 @pytest.mark.parametrize("file", ["identification.json", "model.yaml"])
-def test_a_result_that_cannot_be_written_is_one_line(call, measured, tmp_path, file):
+def test_a_result_that_cannot_be_written_is_one_line(call, sound_bundle, tmp_path, file):
     (tmp_path / file).mkdir()
-    status, _, complaint = call("identify", measured, "--out", tmp_path)
+    status, _, complaint = call("identify", sound_bundle, "--out", tmp_path)
     assert status == 2
     assert file in complaint
     assert complaint.count("\n") == 1
     assert not list(tmp_path.glob("*.part"))
 
 
-def test_an_unknown_strategy_is_answered_with_the_known_ones(call, measured, tmp_path):
-    status, _, complaint = call("identify", measured, "--strategy", "best", "--out", tmp_path / "o")
+def test_an_unknown_strategy_is_answered_with_the_known_ones(call, sound_bundle, tmp_path):
+    status, _, complaint = call(
+        "identify", sound_bundle, "--strategy", "best", "--out", tmp_path / "o"
+    )
     assert status == 2
     assert "cross" in complaint
     assert "simultaneous" in complaint

@@ -1,0 +1,94 @@
+"""A model.yaml, poses or a robot's name that cannot be used: one line, status 2, no result."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.spoilt_bundle import parametrised
+
+ROOT = Path(__file__).parents[2]
+JOINTS = ",".join(f"j{i}_deg" for i in range(1, 7))
+
+MODEL = {
+    "no model": (lambda path: path.unlink(), "model.yaml: no such file"),
+    "another format": (
+        lambda path: path.write_text("format: other\n"),
+        "model.yaml line 1: field 'format' must be",
+    ),
+    "robot.yaml for a model": (
+        lambda path: path.write_text("name: a\n"),
+        "model.yaml line 1: field 'format' is missing",
+    ),
+    "link missing": (
+        lambda path: path.write_text(
+            re.sub(r"\nlinks:\n- .*\n(  .*\n)?", "\nlinks:\n", path.read_text())
+        ),
+        "model.yaml line \\d+: field 'links' must have 6 rows, not 5",
+    ),
+    "covariance of letters": (
+        lambda path: path.write_text(
+            re.sub(r"matrix_deg_mm:\n  - \[[^,]*,", "matrix_deg_mm:\n  - [x,", path.read_text())
+        ),
+        "model.yaml line \\d+: field 'covariance.matrix_deg_mm' must be a number",
+    ),
+    "unknown effect": (
+        lambda path: path.write_text(
+            path.read_text().replace("effects: []", "effects: [{effect: magic}]")
+        ),
+        "model.yaml line \\d+: .*effect",
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def model(sound_bundle, tmp_path_factory) -> Path:
+    out = tmp_path_factory.mktemp("model")
+    program = "from service.cli import main; main()"
+    command = [sys.executable, "-c", program, "identify", str(sound_bundle), "--out", str(out)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    return out / "model.yaml"
+
+
+@parametrised(MODEL)
+def test_a_wrong_model_is_refused_by_line(call, model, sound_bundle, tmp_path, spoil, complaint):
+    path = Path(shutil.copy(model, tmp_path / "model.yaml"))
+    spoil(path)
+    out = tmp_path / "out.csv"
+    status, printed, said = call("predict", path, sound_bundle / "measurements.csv", "--out", out)
+    assert re.search(complaint, said), said
+    assert (status, printed, said.count("\n")) == (2, "", 1)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("table", "complaint"),
+    [
+        (f"{JOINTS}\n1,2,3,4,5,\n", "poses.csv line 2: a joint reading is missing"),
+        (f"{JOINTS}\n1,2,3,4,5,six\n", "poses.csv line 2: column 'j6_deg'"),
+        (f"{JOINTS}\n", "poses.csv: has a header but no rows"),
+        ("j1_deg\n1\n", "poses.csv line 1: column 'j2_deg' is missing"),
+        (f"{JOINTS},j7_deg\n1,2,3,4,5,6,7\n", "poses.csv line 1: column 'j7_deg'"),
+    ],
+)
+def test_wrong_poses_are_refused_by_line(call, model, tmp_path, table, complaint):
+    (tmp_path / "poses.csv").write_text(table)
+    out = tmp_path / "out.csv"
+    status, printed, said = call("predict", model, tmp_path / "poses.csv", "--out", out)
+    assert complaint in said
+    assert (status, printed, said.count("\n")) == (2, "", 1)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    "arguments", [("fanuc",), ("ur10e", "--count", "0"), ("ur10e", "--seed", "-1")]
+)
+def test_a_plan_that_cannot_be_made_leaves_nothing(call, tmp_path, arguments):
+    out = tmp_path / "out"
+    status, printed, said = call("plan", *arguments, "--out", out)
+    assert (status, printed) == (2, "")
+    assert said
+    assert not out.exists()

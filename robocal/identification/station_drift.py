@@ -57,23 +57,74 @@ def find_drift(
         return None
     first = _mean_places(rows, visits[0])
     centre = np.mean(list(first.values()), axis=0)
+    motions = [_Visit.of(first, _mean_places(rows, visit), centre, noise) for visit in visits]
+    moved = sum(visit.chi_square(np.zeros(3)) for visit in motions)
+    turned = sum(visit.chi_square(visit.shift) for visit in motions)
+    nu = 3 * sum(len(visit.arms) for visit in motions[1:])
+    nu_turned = nu - 3 * sum(len(visit.arms) > 0 for visit in motions[1:])
+    with_turns = _chance(turned, nu_turned) < SIGNIFICANT
     translation, rotation = np.zeros((len(visits), 3)), np.zeros((len(visits), 3))
-    chi_square, nu = 0.0, 0
-    for number, visit in enumerate(visits[1:], start=1):
-        now = _mean_places(rows, visit)
-        common = [name for name in now if name in first]
-        if not common:
+    for number, visit in enumerate(motions[1:], start=1):
+        if not len(visit.arms):
             translation[number], rotation[number] = translation[number - 1], rotation[number - 1]
-            continue
-        before = np.array([first[name] for name in common])
-        moved = np.array([now[name] for name in common]) - before
-        std = noise.position_std(before)
-        chi_square += float((moved**2 / (2.0 * std[:, None] ** 2)).sum())
-        nu += 3 * len(common)
-        translation[number], rotation[number] = _motion(before - centre, moved)
-    p_value = float(gammaincc(nu / 2.0, chi_square / 2.0)) if nu else 1.0
+        else:
+            translation[number], rotation[number] = visit.motion(with_turns=with_turns)
     times = np.array([clock[visit].mean() for visit in visits])
-    return StationDrift(times, translation, rotation, centre, p_value)
+    return StationDrift(times, translation, rotation, centre, _chance(moved, nu))
+
+
+def _chance(chi_square: float, nu: int) -> float:
+    """Probability of at least this chi-square."""
+    return float(gammaincc(nu / 2.0, chi_square / 2.0)) if nu > 0 else 1.0
+
+
+@dataclass(frozen=True)
+class _Visit:
+    """What one visit of the nests says against the first."""
+
+    arms: Float[Array, "nest 3"]
+    """From the nests' centre [m]."""
+    moved: Float[Array, "nest 3"]
+    """Since the first visit [m]."""
+    std: Float[Array, "nest"]
+    """Of each coordinate of `moved`, both visits together [m]."""
+
+    @classmethod
+    def of(
+        cls,
+        first: dict[str, Float[Array, "3"]],
+        now: dict[str, Float[Array, "3"]],
+        centre: Float[Array, "3"],
+        noise: InstrumentNoise,
+    ) -> "_Visit":
+        common = [name for name in now if name in first]
+        before = np.array([first[name] for name in common]).reshape(-1, 3)
+        after = np.array([now[name] for name in common]).reshape(-1, 3)
+        std = np.sqrt(2.0) * noise.position_std(before)
+        return cls(before - centre, after - before, std)
+
+    @property
+    def shift(self) -> Float[Array, "3"]:
+        """Mean motion of the nests [m]."""
+        return np.asarray(self.moved.mean(axis=0)) if len(self.moved) else np.zeros(3)
+
+    def chi_square(self, shift: Float[Array, "3"]) -> float:
+        """Sum of squares of what a shift leaves, in standard deviations."""
+        return float((((self.moved - shift) / self.std[:, None]) ** 2).sum())
+
+    def motion(self, *, with_turns: bool) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
+        """Translation [m] and rotation vector [rad] that move the nests so.
+
+        A turn is only taken out where the nests show one: at the tool it acts with the whole arm
+        from the nests, and its noise too.
+        """
+        spread = np.linalg.svd(self.arms - self.arms.mean(axis=0), compute_uv=False)
+        if not with_turns or len(self.arms) < 3 or spread[1] < _LEVER:
+            return self.shift, np.zeros(3)
+        shifts = np.broadcast_to(np.eye(3), (len(self.arms), 3, 3))
+        columns = np.concatenate([shifts, -_skew(self.arms)], axis=2).reshape(-1, 6)
+        solved = np.linalg.lstsq(columns, self.moved.ravel(), rcond=None)[0]
+        return solved[:3], solved[3:]
 
 
 def remove_drift(rows: MeasurementSet, drift: StationDrift) -> MeasurementSet:
@@ -116,18 +167,6 @@ def _mean_places(rows: MeasurementSet, visit: Int[Array, "some"]) -> dict[str, F
         name: rows.position[[row for row in visit if rows.target[row] == name]].mean(axis=0)
         for name in sorted(names)
     }
-
-
-def _motion(
-    arms: Float[Array, "nest 3"], moved: Float[Array, "nest 3"]
-) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
-    """Translation and small rotation that move the nests so."""
-    spread = np.linalg.svd(arms - arms.mean(axis=0), compute_uv=False)
-    if len(arms) < 3 or spread[1] < _LEVER:
-        return moved.mean(axis=0), np.zeros(3)
-    columns = np.concatenate([np.broadcast_to(np.eye(3), (len(arms), 3, 3)), -_skew(arms)], axis=2)
-    solved = np.linalg.lstsq(columns.reshape(-1, 6), moved.ravel(), rcond=None)[0]
-    return solved[:3], solved[3:]
 
 
 def _skew(vectors: Float[Array, "row 3"]) -> Float[Array, "row 3 3"]:

@@ -78,7 +78,7 @@ def test_a_service_killed_ten_times_does_not_disturb_the_campaign(tmp_path, worl
     with installation(tmp_path) as site:
         site.make_cell(world)
         # Slow, so that the campaign is still under way at the last kill.
-        world.ask("set", name="time_scale", value=2)
+        world.ask("set", name="time_scale", value=0.5)
         number = site.start_campaign(poses_about_start(POSES))
         snapshots, seen = [], 0
         for _ in range(KILLS):

@@ -1,0 +1,102 @@
+"""What one visit writes, against the database alone; the driving is in tests/integration."""
+
+from threading import Event
+
+import pytest
+from sqlalchemy import select
+
+from drivers.interfaces import TrackerReading
+from service.clock import utc_now
+from service.db.models import CampaignRow, CellRow, JobRow, PoseRow, ReadingRow
+from service.jobs.queue import JobKind, LeaseLost
+from service.jobs.table_queue import TableQueue
+from service.jobs.watch import Watch
+from service.procedures.collect import Attempt, _accept, _begin, next_visit
+from service.procedures.job import Job
+from service.procedures.visit import Pace, Seconds, Sight
+
+PACE = Pace(speed=1.0, acceleration=2.0, full_speed=2.0, settle_s=0.1)
+
+
+def sight(robot_time_s: float = 5.0) -> Sight:
+    return Sight(
+        joints=(0.0, 0.0),
+        settle_s=0.1,
+        robot_time_s=robot_time_s,
+        reading=TrackerReading((1.0, 2.0, 3.0), None, 0.0, 1, robot_time_s),
+        seconds=Seconds(1.0, 0.1, 0.2),
+    )
+
+
+@pytest.fixture
+def job(database) -> Job:
+    """A claimed campaign of two poses of a two-joint robot, each to be visited twice."""
+    queue = TableQueue(database, lease_s=60)
+    with database.write() as session:
+        session.add(CellRow(name="c", document={}, armed=True, created=utc_now()))
+        session.flush()
+        campaign = CampaignRow(id=1, cell="c", kind="calibrate", state="running", pose_count=2)
+        campaign.repeats, campaign.settle_s, campaign.seed = 2, 0.1, 1
+        campaign.robot_yaml, campaign.joint_units, campaign.created = "", ["deg"] * 2, utc_now()
+        session.add(campaign)
+        session.flush()
+        for idx, commanded in enumerate(([0.5, -0.5], [0.5, 0.5])):
+            session.add(PoseRow(campaign=1, idx=idx, commanded=commanded, purpose="calibrate"))
+        queue.enqueue(session, 1, "c", JobKind.collect)
+    claim = queue.claim("w")
+    return Job(database, queue, claim, Watch(queue, claim, lambda: None, Event(), 1.0))
+
+
+def coming(job: Job):
+    with job.database.read() as session:
+        return next_visit(session, 1)
+
+
+def accept(job: Job, robot_time_s: float = 5.0) -> None:
+    attempt = _begin(job, coming(job), (0.0, 0.0))
+    with job.database.write() as session:
+        _accept(session, job, coming(job), attempt, sight(robot_time_s), PACE, 0.05)
+
+
+def test_the_series_comes_before_its_repeats(job):
+    visits = []
+    while (visit := coming(job)) is not None:
+        visits.append((visit.idx, visit.repeat))
+        accept(job)
+    assert visits == [(0, 0), (1, 0), (0, 1), (1, 1)]
+    with job.database.read() as session:
+        assert set(session.scalars(select(PoseRow.state))) == {"measured"}
+
+
+def test_a_worker_that_lost_its_job_can_neither_start_nor_store(job):
+    visit = coming(job)
+    attempt = _begin(job, visit, (0.0, 0.0))
+    with job.database.write() as session:
+        session.get_one(JobRow, job.claim.job).fence += 1
+    with pytest.raises(LeaseLost):
+        _begin(job, visit, (0.0, 0.0))
+    with pytest.raises(LeaseLost), job.database.write() as session:
+        _accept(session, job, visit, attempt, sight(), PACE, 0.05)
+    with job.database.read() as session:
+        assert session.scalars(select(ReadingRow)).all() == []
+        assert session.get_one(PoseRow, (1, 0)).attempt == 1
+
+
+def test_the_approach_outlives_a_worker_that_died_on_arrival(job):
+    first = _begin(job, coming(job), (0.0, 0.0))
+    again = _begin(job, coming(job), (0.5, -0.5))
+    assert first == Attempt(1, [1, -1])
+    assert again == Attempt(2, [1, -1])
+
+
+def test_a_joint_that_stays_keeps_the_direction_of_the_pose_before(job):
+    accept(job)
+    assert _begin(job, coming(job), (0.5, -0.5)).approach == [1, 1]
+
+
+def test_the_time_of_the_readings_goes_on_when_the_controller_was_restarted(job):
+    for robot_time_s in (100.0, 103.0, 1.0, 2.5):
+        accept(job, robot_time_s)
+    with job.database.read() as session:
+        times = session.scalars(select(ReadingRow.t_s).order_by(ReadingRow.id)).all()
+    assert times == [0.0, 3.0, 3.0, 4.5]

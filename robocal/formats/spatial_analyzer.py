@@ -27,7 +27,7 @@ _POINT = "point"
 _MAX_BYTES = 400_000_000
 _STATED_UNITS = {"millimeter": "mm", "millimetre": "mm", "inch": "inch", "meter": "m", "metre": "m"}
 """Words of a remark, longest first where one holds another"""
-_DECIMAL = re.compile(r"[-+]?\d*\.\d*([eE][-+]?\d+)?|[-+]?\d+[eE][-+]?\d+")
+_DECIMAL = re.compile(r"[-+]?\d*\.\d*([eE][-+]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -114,23 +114,25 @@ def _name_fields(file: str, points: list[_Point], form: str | None) -> int:
         if form not in NAME_FORMS:
             raise BadInput("option --names", f"must be one of {choice}, not '{form}'")
         return NAME_FORMS[form]
-    fitting = [n for n in NAME_FORMS.values() if all(_fits(point, n) for point in points)]
+    fitting = {n for point in points for n in _possible_forms(point)}
     if len(fitting) != 1:
-        reason = "more than one form fits" if fitting else "no form fits every line"
+        reason = "more than one form fits" if fitting else "no form fits"
         raise BadInput(
             file, f"has point names that cannot be told apart ({reason}); give --names {choice}"
         )
-    return fitting[0]
+    return fitting.pop()
 
 
-def _fits(point: _Point, n_names: int) -> bool:
-    """Names are no decimal numbers, coordinates are (SA writes them with a point)."""
-    names, place = point.fields[:n_names], point.fields[n_names : n_names + 3]
-    return (
-        len(place) == 3
-        and all(_DECIMAL.fullmatch(cell) for cell in place)
-        and not any(_DECIMAL.fullmatch(cell) for cell in names)
-    )
+def _possible_forms(point: _Point) -> set[int]:
+    """Numbers of name fields that a line allows; SA writes coordinates with a decimal point.
+
+    Either the first number with a point is x, or, should a name look like one, the line ends with
+    z. Where both can be, the user must say.
+    """
+    decimal = [bool(_DECIMAL.fullmatch(cell)) for cell in point.fields]
+    first = decimal.index(True) if any(decimal) else len(decimal)
+    starts = {first, len(decimal) - 3}
+    return {n for n in starts if n in NAME_FORMS.values() and decimal[n : n + 3] == [True] * 3}
 
 
 def _place(file: str, point: _Point, n_names: int) -> Float[Array, "3"]:

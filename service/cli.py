@@ -6,6 +6,7 @@ from collections.abc import Callable
 import typer
 
 from robocal.errors import BadInput, NoAnswer
+from service.commands.basecal import basecal
 from service.commands.compensate import compensate
 from service.commands.convert import convert
 from service.commands.demo import demo
@@ -25,6 +26,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     export,
     uncertainty,
     plan,
+    basecal,
     serve,
     demo,
     emulate,

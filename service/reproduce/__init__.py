@@ -1,0 +1,1 @@
+"""Published experiments, run again and set beside what was printed."""

@@ -108,6 +108,20 @@ def test_every_strategy_file_is_a_strategy():
     assert offers == registered
 
 
+def test_every_protocol_of_the_numerics_can_be_checked_at_run_time():
+    """The tests check annotations as they run; on a bare Protocol that is an error on import."""
+    bare = []
+    for path in MODULES:
+        if path.is_relative_to(ROOT / "robocal"):
+            lines = path.read_text(encoding="utf-8").splitlines()
+            bare += [
+                f"{path.relative_to(ROOT)}:{number + 1}"
+                for number, line in enumerate(lines)
+                if "(Protocol" in line and lines[number - 1] != "@runtime_checkable"
+            ]
+    assert not bare
+
+
 def test_the_import_contracts_hold():
     done = subprocess.run(
         [

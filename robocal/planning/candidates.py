@@ -1,62 +1,94 @@
-"""Random poses that a robot on a floor may take: in range, above the floor, off its base."""
+"""Random poses that a robot may take in its cell: in range, clear of everything, seen."""
+
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from robocal.errors import NoAnswer
-from robocal.kinematics.forward import walk
-from robocal.kinematics.model import KinematicModel
+from robocal.errors import BadInput, NoAnswer
+from robocal.planning.cell import Cell
+from robocal.planning.constraints import judge
 from robocal.robots.robot import Robot
 
 WIDEST = np.pi
 """Joints that turn further than this either way are planned within it: cables [rad]"""
 _MARGIN = 0.02
-"""Share of each joint's range kept free at both ends; [1]"""
-_FLOOR = 0.1
-"""Lowest height of any joint beyond the second, above the base [m]"""
-_COLUMN = 0.15
-"""Radius round axis 1, as a share of the reach, that the wrist keeps out of; [1]"""
+"""Share of each joint's range kept free at both ends, so that a pose can be approached from either
+side; [1]"""
+_MOST_DRAWN = 1000
+"""Random poses per pose wanted after which the request counts as infeasible"""
+_BATCH = 4000
+UNBOUND = Cell()
+"""Only the floor at the robot's base and the arm itself are in the way"""
+
+
+@dataclass
+class _Tally:
+    """How many random poses each bound removes."""
+
+    drawn: int = 0
+    kept: int = 0
+    removed: dict[str, int] = field(default_factory=dict)
+    alone: dict[str, int] = field(default_factory=dict)
+    """Removed by this bound and by no other."""
+
+    def count(self, judged: dict[str, Bool[Array, "pose"]]) -> Bool[Array, "pose"]:
+        """Take a batch in; returns the poses that keep every bound."""
+        broken = np.array([~kept for kept in judged.values()])
+        times = broken.sum(axis=0)
+        for name, breaks in zip(judged, broken, strict=True):
+            self.removed[name] = self.removed.get(name, 0) + int(breaks.sum())
+            self.alone[name] = self.alone.get(name, 0) + int((breaks & (times == 1)).sum())
+        self.drawn += len(times)
+        self.kept += int((times == 0).sum())
+        return np.asarray(times == 0)
+
+    def in_words(self) -> str:
+        """The worst bound first."""
+        worst = sorted(self.removed, key=lambda name: (-self.alone[name], -self.removed[name]))
+        return "; ".join(
+            f"{name} removes {self.removed[name]} ({self.alone[name]} alone)"
+            for name in worst
+            if self.removed[name]
+        )
 
 
 def draw_candidates(
-    robot: Robot, count: int, rng: np.random.Generator
+    robot: Robot, count: int, rng: np.random.Generator, cell: Cell = UNBOUND
 ) -> Float[Array, "pose joint"]:
     """So many admissible joint readings, uniform in the joint ranges.
 
     Raises
     ------
+    BadInput
+        If the workspace box has no inside.
     NoAnswer
-        If fewer than one random pose in a thousand is admissible.
+        If fewer than one random pose in a thousand is admissible; says which bound of the cell
+        removes how many.
     """
-    low = np.where(
-        robot.geometry.prismatic, robot.limits[:, 0], np.maximum(robot.limits[:, 0], -WIDEST)
-    )
-    high = np.where(
-        robot.geometry.prismatic, robot.limits[:, 1], np.minimum(robot.limits[:, 1], WIDEST)
-    )
-    margin = _MARGIN * (high - low)
+    if cell.box is not None and not all(np.array(cell.box.low) < np.array(cell.box.high)):
+        raise BadInput("workspace box", "has a lower corner that is not below its upper corner")
+    low, high = planned_range(robot)
     kept: list[Float[Array, "pose joint"]] = []
-    found, drawn = 0, 0
-    while found < count:
-        q = rng.uniform(low + margin, high - margin, size=(4 * count, robot.n_joints))
-        q = q[admissible(robot.geometry, q)]
-        kept.append(q)
-        found += len(q)
-        drawn += 4 * count
-        if drawn > 1000 * count and found < count:
+    tally = _Tally()
+    while tally.kept < count:
+        batch = min(4 * count, _BATCH)
+        q = rng.uniform(low, high, size=(batch, robot.n_joints))
+        kept.append(q[tally.count(judge(robot, cell, q))])
+        if tally.drawn >= _MOST_DRAWN * count and tally.kept < count:
             raise NoAnswer(
-                f"robot '{robot.name}': only {found} of {drawn} random poses are above the floor "
-                "and off the base; check its joint limits"
+                f"robot '{robot.name}': {count} poses are wanted, but of {tally.drawn} random ones "
+                f"within the joint limits only {tally.kept} are allowed: {tally.in_words()}; "
+                "widen what removes most"
             )
     return np.concatenate(kept)[:count]
 
 
-def admissible(model: KinematicModel, q: Float[Array, "pose joint"]) -> Bool[Array, "pose"]:
-    """Poses whose joints and flange stay above the floor and whose wrist keeps off axis 1."""
-    last, joints = walk(model, q)
-    points = [joint.after for joint in joints[1:]] + [last.p]
-    heights = np.stack([point[2] for point in points if point.shape[1] == len(q)])
-    radius = np.hypot(last.p[0], last.p[1])
-    reach = float(np.abs(model.links[:, 1:3]).sum())
-    return np.asarray((heights > _FLOOR).all(axis=0) & (radius > _COLUMN * reach))
+def planned_range(robot: Robot) -> tuple[Float[Array, "joint"], Float[Array, "joint"]]:
+    """Lowest and highest reading of every joint that a plan uses [rad or m]."""
+    slides = robot.geometry.prismatic
+    low = np.where(slides, robot.limits[:, 0], np.maximum(robot.limits[:, 0], -WIDEST))
+    high = np.where(slides, robot.limits[:, 1], np.minimum(robot.limits[:, 1], WIDEST))
+    margin = _MARGIN * (high - low)
+    return low + margin, high - margin

@@ -6,27 +6,77 @@ from typing import Annotated
 
 import typer
 
+from robocal.errors import BadInput
 from service.commands.options import AsJson, OutFolder, make_folder, write_json
+
+RobotFile = Annotated[str, typer.Argument(metavar="ROBOT", help="robot.yaml or a known name")]
+Index = Annotated[str, typer.Option(help="O1 to O5, or workspace: least predicted uncertainty")]
+SelectorName = Annotated[str, typer.Option(help="detmax, exchange, relaxed or random")]
+Count = Annotated[str, typer.Option(help="number of poses, or auto: where the index settles")]
+Until = Annotated[float | None, typer.Option(help="as many poses as bring U95 below this")]
+CellFile = Annotated[Path | None, typer.Option(help="YAML: floor, box, tracker, workspace ...")]
+Candidates = Annotated[int, typer.Option(help="random poses to choose from", min=20, max=20000)]
+Repeats = Annotated[int, typer.Option(help="further visits, for the pure error", min=0, max=2000)]
+Approach = Annotated[bool, typer.Option("--approach", help="state the directions of approach")]
+Seed = Annotated[int, typer.Option(min=0)]
 
 
 def plan(
-    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="robot.yaml or a known name")],
+    robot: RobotFile,
     out: OutFolder,
-    count: Annotated[int, typer.Option(min=1, max=2000)] = 40,
-    seed: Annotated[int, typer.Option(min=0)] = 1,
+    index: Index = "O1",
+    selector: SelectorName = "detmax",
+    count: Count = "auto",
+    until_mm: Until = None,
+    cell: CellFile = None,
+    candidates: Candidates = 1000,
+    repeats: Repeats = 0,
+    seed: Seed = 1,
     *,
+    approach: Approach = False,
     as_json: AsJson = False,
 ) -> None:
-    """Poses worth measuring: writes plan.csv and plan.json."""
-    from robocal.formats.poses_csv import write_plan
+    """Poses worth measuring: writes plan.csv, plan.json and plan.svg."""
     from robocal.formats.robot_yaml import read_robot
-    from robocal.planning.exchange import plan_poses
+    from robocal.planning.cell import Cell
+    from robocal.planning.cell_yaml import read_cell
+    from robocal.planning.picture import plan_picture
+    from robocal.planning.plan import make_plan
+    from robocal.planning.plan_document import plan_document, plan_lines, write_plan_csv
+    from robocal.planning.request import PlanRequest
     from robocal.robots.library import ROBOTS, load_robot
 
-    arm = load_robot(robot) if robot in ROBOTS else read_robot(Path(robot))
-    q = plan_poses(arm, count, seed)
+    request = PlanRequest(
+        load_robot(robot) if robot in ROBOTS else read_robot(Path(robot)),
+        Cell() if cell is None else read_cell(cell),
+        index,
+        selector,
+        candidates,
+        seed,
+        _number_of_poses(count),
+        None if until_mm is None else until_mm * 1e-3,
+        repeats,
+        approach,
+    )
+    planned = make_plan(request)
+    document = plan_document(planned)
     make_folder(out)
-    write_plan(out / "plan.csv", arm, q)
-    document = {"robot": arm.name, "count": count, "seed": seed, "index": "D-optimal"}
+    write_plan_csv(out / "plan.csv", planned)
+    (out / "plan.svg").write_text(plan_picture(planned), encoding="utf-8")
     write_json(out / "plan.json", document)
-    print(json.dumps(document) if as_json else f"{len(q)} poses -> {out / 'plan.csv'}")
+    print(json.dumps(document) if as_json else "\n".join(plan_lines(planned, out)))
+
+
+def _number_of_poses(count: str) -> int | None:
+    """None for auto.
+
+    Raises
+    ------
+    BadInput
+        If it is neither a positive whole number nor auto.
+    """
+    if count == "auto":
+        return None
+    if not count.isdecimal() or int(count) == 0:
+        raise BadInput("--count", f"must be a positive whole number or auto, not '{count}'")
+    return int(count)

@@ -1,0 +1,85 @@
+"""DETMAX as document 002 describes it: add the best, delete the least, shake when it stops.
+
+The set of m poses grows by the best candidate and loses the least useful one until both are the
+same. Then b of its poses are exchanged at random for candidates (c of them once the best set has
+stood for a rounds), and it starts over; it ends when the best set has stood for d rounds.
+
+References
+----------
+.. [1] X. Wen et al., Chinese Journal of Scientific Instrument, 2022, section 2.3, steps 1 to 10.
+.. [2] T. J. Mitchell, "An algorithm for the construction of D-optimal experimental designs",
+   Technometrics 16(2), 1974.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int
+from numpy import ndarray as Array
+
+from robocal.planning.chosen_set import ChosenSet, Selection, outside
+
+_SAME = 1e-10
+"""Figures of merit within this share of each other count as equal; [1]"""
+
+
+@dataclass(frozen=True)
+class DetmaxSettings:
+    """Parameters of the document, with its values (section 4.2)."""
+
+    a: int = 40
+    """Rounds without a better set after which fewer poses are exchanged."""
+    b: int = 2
+    """Poses exchanged at random before that."""
+    c: int = 1
+    """Poses exchanged at random after that."""
+    d: int = 80
+    """Rounds without a better set after which the search ends."""
+
+
+def select(
+    selection: Selection, settings: DetmaxSettings = DetmaxSettings()
+) -> Int[Array, "chosen"]:
+    """Candidates of the best set found, in rising order."""
+    rng = np.random.default_rng(selection.seed)
+    n_candidates = len(selection.J)
+    current = selection.merit(selection.J)
+    start = rng.choice(n_candidates, size=selection.count, replace=False)
+    current.restart(tuple(int(candidate) for candidate in start))
+    best: tuple[int, ...] = ()
+    best_value = -np.inf
+    stood = 0
+    while True:
+        _improve(current)
+        value = current.value()
+        if value > best_value + _SAME * abs(best_value) or not best:
+            best, best_value, stood = current.chosen, value, 0
+        else:
+            stood += 1
+            if stood == settings.d:
+                return np.array(sorted(best))
+        _shake(current, n_candidates, settings.c if stood >= settings.a else settings.b, rng)
+
+
+def _improve(current: ChosenSet) -> None:
+    """Add and delete until the pose added is the pose deleted."""
+    value = current.value()
+    while True:
+        added = current.best_addition()
+        removed = current.best_removal_after(added)
+        if removed == added:
+            return
+        current.change((removed,), (added,))
+        # Two poses that are worth the same would be exchanged for ever.
+        before, value = value, current.value()
+        if value <= before + _SAME * abs(before):
+            return
+
+
+def _shake(current: ChosenSet, n_candidates: int, count: int, rng: np.random.Generator) -> None:
+    """Exchange some poses at random."""
+    free = outside(n_candidates, current.chosen)
+    count = min(count, len(free), len(current.chosen))
+    leaving = rng.choice(np.array(current.chosen), size=count, replace=False)
+    coming = rng.choice(free, size=count, replace=False)
+    current.change(tuple(leaving.tolist()), tuple(coming.tolist()))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -13,6 +13,7 @@ RIDGE = 1e-8
 a search pass through sets that are too small, and is too little to move a choice; [1]"""
 
 
+@runtime_checkable
 class ChosenSet(Protocol):
     """Poses chosen so far, kept ready to be changed by a few.
 

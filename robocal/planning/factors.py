@@ -20,8 +20,8 @@ _TRIALS = 300
 
 
 def approach_directions(
-    rows: PoseRows, chosen: Int[Array, "pose"], seed: int
-) -> Int[Array, "pose joint"]:
+    rows: PoseRows, chosen: Int[Array, "chosen"], seed: int
+) -> Int[Array, "chosen joint"]:
     """Direction, -1 or 1, in which each joint comes into each pose.
 
     Of `_TRIALS` balanced assignments, the one whose backlash columns keep the largest determinant
@@ -42,7 +42,7 @@ def approach_directions(
     return best
 
 
-def payload_halves(J: Rows, chosen: Int[Array, "pose"], seed: int) -> Int[Array, "pose"]:
+def payload_halves(J: Rows, chosen: Int[Array, "chosen"], seed: int) -> Int[Array, "chosen"]:
     """0 or 1 for each pose: which of two payloads it is visited with.
 
     Of `_TRIALS` balanced divisions, the one that maximises the sum of both halves' log
@@ -59,7 +59,7 @@ def payload_halves(J: Rows, chosen: Int[Array, "pose"], seed: int) -> Int[Array,
     return best
 
 
-def repeated_poses(J: Rows, chosen: Int[Array, "pose"], extra: int) -> Int[Array, "pose"]:
+def repeated_poses(J: Rows, chosen: Int[Array, "chosen"], extra: int) -> Int[Array, "chosen"]:
     """Further visits of each pose, `extra` in all, where they bring the most information.
 
     Each goes to a pose not repeated yet while there is one, so that the pure error comes from all

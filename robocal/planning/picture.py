@@ -124,7 +124,7 @@ def _curve(plan: Plan, left: float) -> Iterable[str]:
     def at(count: float, value: float) -> str:
         return f"{left + count / most * _PANEL:.1f},{bottom - value / top * _PANEL:.1f}"
 
-    line = " ".join(at(count, value) for count, value in zip(counts, mean, strict=True))
+    line = " ".join(at(float(count), value) for count, value in zip(counts, mean, strict=True))
     x, y = at(len(plan.chosen), plan.indices[name]).split(",")
     yield (
         f'<rect class="edge" x="{left:.0f}" y="{_GAP:.0f}" width="{_PANEL:.0f}" '

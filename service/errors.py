@@ -8,6 +8,7 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel
+from sqlalchemy.exc import OperationalError
 from starlette.exceptions import HTTPException
 
 
@@ -71,6 +72,12 @@ def install(app: FastAPI) -> None:
         answer.headers.update(error.headers or {})
         return answer
 
+    def locked(request: Request, error: Exception) -> JSONResponse:
+        return problem_answer(
+            HTTPStatus.SERVICE_UNAVAILABLE,
+            "The database does not answer at this moment; send the request again.",
+        )
+
     def broken(request: Request, error: Exception) -> JSONResponse:
         return problem_answer(
             HTTPStatus.INTERNAL_SERVER_ERROR,
@@ -81,6 +88,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(Problem, refused)
     app.add_exception_handler(RequestValidationError, malformed)
     app.add_exception_handler(HTTPException, http_error)
+    app.add_exception_handler(OperationalError, locked)
     app.add_exception_handler(Exception, broken)
 
 

@@ -29,7 +29,7 @@ def create_app(settings: Settings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        database = open_database(settings.database_url)
+        database = open_database(settings.database_url, settings.busy_s)
         upgrade_schema(database)
         app.state.settings = settings
         app.state.database = database

@@ -6,6 +6,8 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, PositiveFloat, PositiveInt
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from service.db.engine import BUSY_S
+
 
 def _loopback(host: str) -> str:
     if host != "localhost" and not ip_address(host).is_loopback:
@@ -22,6 +24,8 @@ class Settings(BaseSettings):
     model_config = SettingsConfigDict(env_prefix="ROBOCAL_", extra="forbid")
 
     database_url: str = "sqlite:///var/robocal.sqlite3"
+    busy_s: PositiveFloat = BUSY_S
+    """How long a change waits for another process's change [s]."""
     host: Annotated[str, AfterValidator(_loopback)] = "127.0.0.1"
     port: Annotated[int, Field(ge=0, le=65535)] = 8300
     """0 takes a free port; the ready line names it."""

@@ -8,13 +8,16 @@ starts as a reader and then writes fails at once when another writer was faster.
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from sqlite3 import Connection as SqliteConnection
 
 from sqlalchemy import Connection, Engine, create_engine, event, make_url
 from sqlalchemy.orm import Session
 
-BUSY_TIMEOUT_MS = 10_000
+BUSY_S = 10.0
+"""How long a writer waits for another one [s]."""
+
 _WRITES = "robocal_writes"
 
 
@@ -42,14 +45,14 @@ class Database:
         self.engine.dispose()
 
 
-def open_database(url: str) -> Database:
+def open_database(url: str, busy_s: float = BUSY_S) -> Database:
     """Connect to the database; the schema is brought up by `service.db.upgrade`."""
     engine = create_engine(url)
     if engine.dialect.name == "sqlite":
         path = sqlite_file(url)
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
-        event.listen(engine, "connect", _set_pragmas)
+        event.listen(engine, "connect", partial(_set_pragmas, busy_s))
         event.listen(engine, "begin", _begin)
     return Database(engine)
 
@@ -62,10 +65,10 @@ def sqlite_file(url: str) -> Path | None:
     return Path(parsed.database)
 
 
-def _set_pragmas(connection: SqliteConnection, record: object) -> None:
+def _set_pragmas(busy_s: float, connection: SqliteConnection, record: object) -> None:
     # Python's sqlite3 module must not begin transactions by itself.
     connection.isolation_level = None
-    connection.execute(f"PRAGMA busy_timeout = {BUSY_TIMEOUT_MS}")
+    connection.execute(f"PRAGMA busy_timeout = {round(busy_s * 1e3)}")
     connection.execute("PRAGMA journal_mode = WAL")
     connection.execute("PRAGMA synchronous = FULL")
     connection.execute("PRAGMA foreign_keys = ON")

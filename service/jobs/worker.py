@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from threading import Event
 from types import FrameType
 
+from sqlalchemy.exc import OperationalError
+
 from service.campaigns.life import WorkersSide
 from service.db.engine import Database, open_database
 from service.db.upgrade import upgrade_schema
@@ -47,15 +49,20 @@ class Worker:
     def run(self) -> None:
         """Take jobs until the shutdown is wanted."""
         while not self.shutdown.is_set():
-            claim = self.queue.claim(self.name)
-            if claim is None:
-                self.shutdown.wait(self.settings.idle_s)
-                continue
             try:
-                self._work(claim)
+                claim = self.queue.claim(self.name)
+                if claim is None:
+                    self.shutdown.wait(self.settings.idle_s)
+                else:
+                    self._work(claim)
             except LeaseLost as lost:
                 # The job goes on elsewhere or was ended; nothing of it may be touched here.
-                log.warning("campaign %d: %s", claim.campaign, lost)
+                log.warning("%s", lost)
+            except OperationalError as error:
+                # Locked or out of reach for now. The lease of a job in hand runs out, and it is
+                # taken up where it stood.
+                log.warning("the database does not answer, trying again: %s", error.orig)
+                self.shutdown.wait(self.settings.idle_s)
 
     def _work(self, claim: Claim) -> None:
         life = WorkersSide(self.queue, claim)
@@ -70,7 +77,7 @@ class Worker:
                 with self.database.write() as session:
                     life.start(session)
                 PROCEDURES[claim.kind](Job(self.database, self.queue, claim, watch))
-            except LeaseLost:
+            except (LeaseLost, OperationalError):
                 raise
             except Stopped as stopped:
                 log.info("campaign %d: %s", claim.campaign, stopped)
@@ -97,7 +104,7 @@ def main() -> None:
 
     signal.signal(signal.SIGTERM, end)
     signal.signal(signal.SIGINT, end)
-    database = open_database(settings.database_url)
+    database = open_database(settings.database_url, settings.busy_s)
     upgrade_schema(database)
     name = f"{socket.gethostname()}:{os.getpid()}"
     sys.stdout.write(json.dumps({"ready": True, "worker": name}) + "\n")

@@ -169,14 +169,27 @@ def _accept(
     """Store a reading, if the job is still this worker's."""
     job.queue.hold_fence(session, job.claim)
     campaign = session.get_one(CampaignRow, job.campaign)
+    row = _reading_row(coming, attempt, sight)
+    row.campaign = campaign.id
+    row.revision = life.advance(campaign)
+    row.fence = job.claim.fence
+    row.speed = pace.speed / pace.full_speed
+    row.t_s = _elapsed(_latest_reading(session, campaign.id), sight.robot_time_s)
+    row.overhead_s = overhead_s
+    session.add(row)
+    session.flush()
+    if coming.repeat == campaign.repeats - 1:
+        session.get_one(PoseRow, (campaign.id, coming.idx)).state = "measured"
+        session.flush()
+
+
+def _reading_row(coming: NextVisit, attempt: Attempt, sight: Sight) -> ReadingRow:
+    """Everything of a reading that the visit itself knows."""
     reading = sight.reading
-    row = ReadingRow(
-        campaign=job.campaign,
+    return ReadingRow(
         idx=coming.idx,
         repeat=coming.repeat,
-        revision=life.advance(campaign),
         attempt=attempt.number,
-        fence=job.claim.fence,
         joints=list(sight.joints),
         commanded=list(coming.commanded),
         position=list(reading.position),
@@ -184,22 +197,14 @@ def _accept(
         spread=reading.spread,
         shots=reading.shots,
         approach=attempt.approach,
-        speed=pace.speed / pace.full_speed,
         settle_s=sight.settle_s,
         robot_time_s=sight.robot_time_s,
         tracker_time_s=reading.time_s,
-        t_s=_elapsed(_latest_reading(session, job.campaign), sight.robot_time_s),
         motion_s=sight.seconds.motion,
         settling_s=sight.seconds.settling,
         measuring_s=sight.seconds.measuring,
-        overhead_s=overhead_s,
         created=utc_now(),
     )
-    session.add(row)
-    session.flush()
-    if coming.repeat == campaign.repeats - 1:
-        session.get_one(PoseRow, (job.campaign, coming.idx)).state = "measured"
-        session.flush()
 
 
 def _latest_reading(session: Session, campaign: int) -> ReadingRow | None:

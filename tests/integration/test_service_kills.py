@@ -4,10 +4,13 @@ The world's sealed truth is the oracle: a reading that was mixed up between two 
 while the robot moved, would be off by more than the instrument's noise.
 """
 
+import json
 import os
 import random
 import signal
+import sqlite3
 import time
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -49,14 +52,16 @@ def require_complete(site: Site, world: World, snapshots: list[dict], kills: int
     attempts = site.rows("SELECT sum(attempt) FROM pose")[0][0]
     assert POSES <= attempts <= POSES + kills
     for joints, position in site.rows("SELECT joints, position FROM reading"):
-        truth = world.ask("truth", joints=eval(joints))["position"]
-        assert np.linalg.norm(np.subtract(eval(position), truth)) < NOISE
+        truth = world.ask("truth", joints=json.loads(joints))["position"]
+        assert np.linalg.norm(np.subtract(json.loads(position), truth)) < NOISE
 
 
 def test_a_worker_killed_ten_times_loses_and_doubles_nothing(tmp_path, world):
     rng = random.Random(SEED)
     with installation(tmp_path, workers=0) as site:
         site.make_cell(world)
+        # Slow, so that the campaign is still under way at the last kill.
+        world.ask("set", name="time_scale", value=6)
         number = site.start_campaign(poses_about_start(POSES))
         snapshots = []
         for _ in range(KILLS):
@@ -133,15 +138,46 @@ def test_a_worker_frozen_for_longer_than_its_lease_stores_nothing_more(tmp_path,
         number = site.start_campaign(poses_about_start(POSES))
         site.await_done(number, 5)
         frozen = int(collect_job(site)[1].rpartition(":")[2])
-        os.kill(frozen, signal.SIGSTOP)
+        freeze_between_transactions(site, frozen)
         site.start_worker()
         wait_until(lambda: collect_job(site)[2] == 2, 10)
         assert site.rows("SELECT DISTINCT fence FROM reading") in ([(1,)], [(1,), (2,)])
         os.kill(frozen, signal.SIGCONT)
+        world.ask("set", name="time_scale", value=100)
         resume_until_done(site, number)
         fences = [row[0] for row in site.rows("SELECT fence FROM reading ORDER BY id")]
         assert fences == sorted(fences)
         assert len(accepted(site)) == POSES
+
+
+def test_a_database_locked_for_a_while_delays_the_campaign_and_no_more(tmp_path, world):
+    with installation(tmp_path, busy_s=0.1) as site:
+        site.make_cell(world)
+        number = site.start_campaign(poses_about_start(20))
+        site.await_done(number, 3)
+        with closing(sqlite3.connect(site.database, isolation_level=None)) as other:
+            other.execute("BEGIN IMMEDIATE")
+            refused = site.post(f"/campaigns/{number}/pause")
+            # Longer than the lease, so that the worker has to find its way back.
+            time.sleep(1.5)
+        assert refused.status_code == 503
+        assert "send the request again" in refused.json()["detail"]
+        site.await_done(number, 20)
+        assert len(accepted(site)) == 20
+        assert site.campaign(number)["reason"] == ""
+
+
+def freeze_between_transactions(site: Site, pid: int) -> None:
+    """Freeze a worker; one that is frozen while it writes would hold everybody up."""
+    while True:
+        os.kill(pid, signal.SIGSTOP)
+        with closing(sqlite3.connect(site.database, timeout=0, isolation_level=None)) as probe:
+            try:
+                probe.execute("BEGIN IMMEDIATE")
+            except sqlite3.OperationalError:
+                os.kill(pid, signal.SIGCONT)
+            else:
+                return
 
 
 def resume_until_done(site: Site, number: int) -> None:

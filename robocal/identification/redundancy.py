@@ -20,8 +20,8 @@ _SPAN_TOLERANCE = 1e-6
 """A column with less than this share of its length outside the span is redundant; exact redundancy
 leaves 1e-12, the weakest real dependence seen (axes parallel to 0.01 mrad) 1e-5; [1]"""
 _UNSEEN = 1e-12
-_PARALLEL = 1e-3
-"""Angle below which the next axis counts as nominally parallel [rad]"""
+_PARALLEL = 0.05
+"""Angle below which the next axis counts as nominally parallel, as in robots.from_axes [rad]"""
 _NAMED_SHARE = 0.05
 _SEEN = 1.0
 """A parameter counts as seen when a move by its prior standard deviation changes the whitened
@@ -73,37 +73,70 @@ def split_columns(
     prior_std
         How far each may be off before any measurement, infinite where nothing is known [m, rad].
     """
+    kinds = sort_columns(J, order, free, prior_std)
+    J = _compressed(J)
     lengths = np.linalg.norm(J, axis=0)
-    largest = lengths.max(initial=0.0)
+    reasons = dict.fromkeys((names[k] for k in kinds.unseen), "these measurements do not see it")
+    for index, before in kinds.redundant.items():
+        column = J[:, index] / lengths[index]
+        reasons[names[index]] = _in_words(J, lengths, kinds.taken[:before], column, names)
+    for index in kinds.weak:
+        reasons[names[index]] = "the measurements say less of it than its prior does"
+    identified, weak = np.zeros((2, len(names)), dtype=bool)
+    identified[kinds.taken] = True
+    weak[kinds.weak] = True
+    sigma = np.linalg.svd(J[:, kinds.taken] / lengths[kinds.taken], compute_uv=False)
+    condition = float(sigma[0] / sigma[-1]) if len(sigma) and sigma[-1] > 0 else float("inf")
+    return Redundancy(identified, weak, reasons, len(kinds.taken), condition)
+
+
+@dataclass(frozen=True)
+class ColumnKinds:
+    """Indices of the free columns, in order of preference."""
+
+    taken: list[int]
+    weak: list[int]
+    redundant: dict[int, int]
+    """With the number of columns taken before each, whose span it lies in."""
+    unseen: list[int]
+
+
+def sort_columns(
+    J: Float[Array, "scalar parameter"],
+    order: list[int],
+    free: Bool[Array, "parameter"],
+    prior_std: Float[Array, "parameter"],
+) -> ColumnKinds:
+    """What `split_columns` decides, without saying why."""
+    J = _compressed(J)
+    lengths = np.linalg.norm(J, axis=0)
+    unseen_below = _UNSEEN * lengths.max(initial=0.0)
     basis = np.zeros(J.shape)
-    taken: list[int] = []
-    weak = np.zeros(len(names), dtype=bool)
-    reasons: dict[str, str] = {}
+    kinds = ColumnKinds([], [], {}, [])
     for index in order:
         if not free[index]:
             continue
-        if lengths[index] <= _UNSEEN * largest:
-            reasons[names[index]] = "these measurements do not see it"
+        if lengths[index] <= unseen_below:
+            kinds.unseen.append(index)
             continue
-        column = J[:, index] / lengths[index]
-        left = column.copy()
-        span = basis[:, : len(taken)]
+        left = J[:, index] / lengths[index]
+        span = basis[:, : len(kinds.taken)]
         for _ in range(2):  # twice is enough against cancellation (Kahan)
-            left -= span @ (span.T @ left)
-        outside = np.linalg.norm(left)
+            left = left - span @ (span.T @ left)
+        outside = np.sqrt(left @ left)
         if outside < _SPAN_TOLERANCE:
-            reasons[names[index]] = _in_words(J, lengths, taken, column, names)
+            kinds.redundant[index] = len(kinds.taken)
         elif outside * lengths[index] * prior_std[index] < _SEEN:
-            weak[index] = True
-            reasons[names[index]] = "the measurements say less of it than its prior does"
+            kinds.weak.append(index)
         else:
-            basis[:, len(taken)] = left / outside
-            taken.append(index)
-    identified = np.zeros(len(names), dtype=bool)
-    identified[taken] = True
-    sigma = np.linalg.svd(J[:, taken] / lengths[taken], compute_uv=False)
-    condition = float(sigma[0] / sigma[-1]) if len(sigma) and sigma[-1] > 0 else float("inf")
-    return Redundancy(identified, weak, reasons, len(taken), condition)
+            basis[:, len(kinds.taken)] = left / outside
+            kinds.taken.append(index)
+    return kinds
+
+
+def _compressed(J: Float[Array, "scalar parameter"]) -> Float[Array, "_ parameter"]:
+    """As few rows with the same products between columns: the triangle of a QR factorisation."""
+    return J if len(J) <= J.shape[1] else np.asarray(np.linalg.qr(J, mode="r"))
 
 
 def preference(model: KinematicModel, n_more: int = 0) -> list[int]:

@@ -11,7 +11,13 @@ from robocal.identification.observations import Observations
 from robocal.identification.outliers import RowScores, score_rows
 from robocal.identification.priors import Choices, prior_std
 from robocal.identification.problem import whitened_jacobian
-from robocal.identification.redundancy import Redundancy, preference, split_columns
+from robocal.identification.redundancy import (
+    ColumnKinds,
+    Redundancy,
+    preference,
+    sort_columns,
+    split_columns,
+)
 from robocal.identification.strategy import Fit, Problem, Strategy
 
 _STRUCTURE_ROWS = 400
@@ -57,21 +63,36 @@ def covariance_of(fit: Fit) -> Float[Array, "free free"]:
 
 
 def structure(cell: CellModel, rows: Observations, std: Float[Array, "parameter"]) -> Redundancy:
-    """What the rows can tell apart, judged on some of them that stand for all."""
+    """What the rows can tell apart, and why not the rest."""
+    J, order = _columns(cell, rows)
+    return split_columns(J, cell.names, order, std > 0.0, std)
+
+
+def column_kinds(
+    cell: CellModel, rows: Observations, std: Float[Array, "parameter"]
+) -> ColumnKinds:
+    """What the rows can tell apart."""
+    J, order = _columns(cell, rows)
+    return sort_columns(J, order, std > 0.0, std)
+
+
+def _columns(
+    cell: CellModel, rows: Observations
+) -> tuple[Float[Array, "scalar parameter"], list[int]]:
+    """Whitened Jacobian of some of the rows that stand for all, and the order of preference."""
     few = rows.evenly(_STRUCTURE_ROWS)
     J = whitened_jacobian(cell, few, np.arange(len(cell.names)))
     J *= np.sqrt(len(rows) / len(few))
     n_more = len(cell.names) - cell.geometry.n_parameters
-    order = preference(cell.geometry, n_more)
-    return split_columns(J, cell.names, order, std > 0.0, std)
+    return J, preference(cell.geometry, n_more)
 
 
 def frames_alone(start: CellModel, rows: Observations, choices: Choices, how: Strategy) -> Fit:
     """Nominal links; base, tool, nests and anchor fitted."""
     std = prior_std(start, choices)
     std[: 5 * start.geometry.n_joints] = 0.0
-    seen = structure(start, rows, std)
-    return how(_problem(start, rows, np.flatnonzero(seen.identified), std))
+    free = np.sort(np.array(column_kinds(start, rows, std).taken, dtype=int))
+    return how(problem_of(start, rows, free, std))
 
 
 def solve(
@@ -101,11 +122,13 @@ def solve(
     centre = start if nominal is None else nominal
     redundancy = structure(centre, rows, std)
     free = redundancy.identified | redundancy.weak
-    problem = _problem(start, rows, np.flatnonzero(free), std, centre)
+    problem = problem_of(start, rows, np.flatnonzero(free), std, centre)
     fit = how(problem)
     for _ in range(_MAX_SECOND_LOOKS):
-        now = structure(fit.cell, rows, std)
-        fresh = (now.identified | now.weak) & ~free
+        now = column_kinds(fit.cell, rows, std)
+        fresh = np.zeros(len(free), dtype=bool)
+        fresh[now.taken + now.weak] = True
+        fresh &= ~free
         if not fresh.any():
             break
         free |= fresh
@@ -134,13 +157,14 @@ def solve_without_outliers(
     return solution
 
 
-def _problem(
+def problem_of(
     start: CellModel,
     rows: Observations,
     free: Int[Array, "free"],
     std: Float[Array, "parameter"],
     centre: CellModel | None = None,
 ) -> Problem:
+    """A problem with priors of these standard deviations about `centre` (else the start)."""
     with np.errstate(divide="ignore"):
         precision = np.where(np.isfinite(std), 1.0 / std**2, 0.0)
     precision[std == 0.0] = 0.0

@@ -13,8 +13,9 @@ from numpy import ndarray as Array
 
 from robocal.formats.bundle import Bundle
 from robocal.identification.identify import Prepared, prepare, summarise
+from robocal.identification.priors import prior_std
 from robocal.identification.result import Identification, ResidualSummary
-from robocal.identification.solve import solve
+from robocal.identification.solve import problem_of
 from robocal.identification.strategies import STRATEGIES
 
 FOLDS = 5
@@ -71,13 +72,14 @@ def _left_out(
     """Pooled residuals over all folds."""
     rows = ready.observe(bundle, spare)
     how = STRATEGIES[result.strategy]
+    std = prior_std(result.cell, ready.choices)
     parts = []
     for number in range(count):
         out = fold == number
         if not out.any():
             continue
-        solution = solve(result.cell, rows.choose(~out), ready.choices, how, ready.start)
-        parts.append(summarise(solution.fit.cell, rows.choose(out)))
+        problem = problem_of(result.cell, rows.choose(~out), result.free, std, ready.start)
+        parts.append(summarise(how(problem).cell, rows.choose(out)))
     return pooled(parts)
 
 

@@ -23,6 +23,8 @@ class InstrumentNoise:
         Of the robot: how far the target is off when the same pose is visited again [m].
     orientation_repeatability
         The same for each component of the rotation vector [rad].
+    target
+        Of the reflector's centre in its nest [m].
     """
 
     fixed: float
@@ -30,6 +32,7 @@ class InstrumentNoise:
     orientation: float = 5e-5
     repeatability: float = 0.0
     orientation_repeatability: float = 0.0
+    target: float = 0.0
 
     def position_std(self, position: Float[Array, "row 3"]) -> Float[Array, "row"]:
         """Standard deviation of each coordinate of each position [m]."""
@@ -37,7 +40,7 @@ class InstrumentNoise:
 
     def distance_std(self, distance: Float[Array, "row"]) -> Float[Array, "row"]:
         """Standard deviation of a coordinate or length at a range [m]."""
-        constant = np.hypot(self.fixed, self.repeatability)
+        constant = np.sqrt(self.fixed**2 + self.repeatability**2 + self.target**2)
         return np.asarray(np.hypot(constant, self.per_range * distance))
 
     def orientation_std(self) -> float:

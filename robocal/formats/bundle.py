@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from robocal.errors import BadInput
+from robocal.formats.budget_yaml import read_budget
 from robocal.formats.fields import Fields, read_fields
 from robocal.formats.measurements_csv import (
     held_out_by_column,
@@ -20,6 +21,7 @@ from robocal.identification.priors import Choices, own_prior
 from robocal.instrument import InstrumentNoise
 from robocal.measurements import MeasurementSet
 from robocal.robots.robot import Robot
+from robocal.uncertainty.budget import Budget
 
 _HELD_OUT_FRACTION = 0.25
 _HELD_OUT_SEED = 1
@@ -55,6 +57,7 @@ class Bundle:
     anchor: tuple[float, float, float] | None
     gravity: Float[Array, "3"]
     choices: Choices
+    budget: Budget
     sha256: str
 
 
@@ -71,7 +74,8 @@ def read_bundle(folder: Path) -> Bundle:
     campaign = read_fields(folder / "campaign.yaml")
     robot_file = plain_file_name(campaign, "robot")
     robot = read_robot(folder / robot_file)
-    instrument = _instrument(campaign)
+    budget = read_budget(campaign)
+    instrument = _instrument(campaign, budget)
     csv_path = folder / "measurements.csv"
     measurements, split = read_measurements(csv_path, robot)
     reasons = unusable_rows(measurements)
@@ -92,6 +96,7 @@ def read_bundle(folder: Path) -> Bundle:
         anchor=_anchor(campaign),
         gravity=_gravity(campaign),
         choices=_choices(campaign),
+        budget=budget,
         sha256=_hash(folder, ("campaign.yaml", robot_file, "measurements.csv")),
     )
     campaign.finish()
@@ -100,8 +105,8 @@ def read_bundle(folder: Path) -> Bundle:
     return bundle
 
 
-def _instrument(campaign: Fields) -> InstrumentNoise:
-    """What the instrument states, and what the robot's repeatability adds to it."""
+def _instrument(campaign: Fields, budget: Budget) -> InstrumentNoise:
+    """What the instrument states, and what the robot's repeatability and the target add to it."""
     fields = campaign.mapping("instrument")
     fields.text("kind", "laser_tracker")
     fixed = fields.number("sigma_mm")
@@ -122,7 +127,7 @@ def _instrument(campaign: Fields) -> InstrumentNoise:
             raise repeatability.error("sigma_mm", "and sigma_mrad must not be negative")
         repeatability.finish()
     return InstrumentNoise(
-        fixed * 1e-3, ppm * 1e-6, mrad * 1e-3, robot_mm * 1e-3, robot_mrad * 1e-3
+        fixed * 1e-3, ppm * 1e-6, mrad * 1e-3, robot_mm * 1e-3, robot_mrad * 1e-3, budget.target
     )
 
 

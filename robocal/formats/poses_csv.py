@@ -1,10 +1,11 @@
 """Tables of joints, and of the tool poses that a model predicts for them."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
@@ -16,9 +17,31 @@ from robocal.formats.measurements_csv import (
     known_columns,
     read_joints,
 )
-from robocal.formats.table import read_table, write_table
+from robocal.formats.table import Table, read_table, write_table
 from robocal.frames import quaternion_from_rotation
 from robocal.robots.robot import Robot
+
+
+@dataclass(frozen=True)
+class JointPoses:
+    """Joints of a table, each with its line."""
+
+    lines: Int[Array, "pose"]
+    joints: Float[Array, "pose joint"]
+    """[rad], [m] for prismatic joints."""
+
+
+def read_poses(path: Path, robot: Robot) -> JointPoses:
+    """Joint readings of a CSV file with the columns of measurements.csv.
+
+    Raises
+    ------
+    BadInput
+        Naming line and column.
+    """
+    table = read_table(path)
+    q = _complete_joints(table, robot)
+    return JointPoses(table.lines, q)
 
 
 def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> int:
@@ -36,12 +59,7 @@ def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> int:
     """
     table = read_table(poses)
     robot = calibrated.robot
-    q = read_joints(table, robot)
-    table.refuse_unknown(known_columns(robot))
-    missing = np.isnan(q).any(axis=1)
-    if missing.any():
-        line = table.lines[int(np.argmax(missing))]
-        raise BadInput(f"{table.file} line {line}", "a joint reading is missing")
+    q = _complete_joints(table, robot)
     T = calibrated.tool_poses(q)
     columns: dict[str, Sequence[str]] = {name: table.text(name) for name in table.header}
     for axis, name in enumerate(POSITION):
@@ -51,6 +69,16 @@ def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> int:
         columns[name] = _cells(quaternion[:, part], 12)
     _write(out, columns)
     return len(q)
+
+
+def _complete_joints(table: Table, robot: Robot) -> Float[Array, "pose joint"]:
+    q = read_joints(table, robot)
+    table.refuse_unknown(known_columns(robot))
+    missing = np.isnan(q).any(axis=1)
+    if missing.any():
+        line = table.lines[int(np.argmax(missing))]
+        raise BadInput(f"{table.file} line {line}", "a joint reading is missing")
+    return q
 
 
 def write_plan(path: Path, robot: Robot, q: Float[Array, "pose joint"]) -> None:

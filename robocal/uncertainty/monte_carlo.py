@@ -1,93 +1,162 @@
-"""Tool position of many draws of the robot's parameters, at given joint readings."""
+"""Propagation of distributions by the adaptive Monte Carlo procedure of JCGM 101.
 
+Blocks of draws are added until twice the standard deviation of the averaged estimate, standard
+uncertainty and interval ends is below the numerical tolerance of each output.
+
+References
+----------
+.. [1] JCGM 101:2008, 7.9.4.
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from robocal.frames import rotation_from_ypr
-from robocal.kinematics.forward import Columns, chain, forward_kinematics
-from robocal.kinematics.model import KinematicModel
+from robocal.uncertainty.coverage import (
+    Interval,
+    numerical_tolerance,
+    shortest_interval,
+    symmetric_interval,
+)
+from robocal.uncertainty.distributions import Distribution
+from robocal.uncertainty.propagation import COVERAGE, Function
 
-DRAWS = 10_000
-COVERAGE = 0.95
+BLOCK = 10_000
+"""Least number of draws in a block: JCGM 101, 7.9.4 b"""
+
+Draws = Callable[[np.random.Generator, int], Float[Array, "output draw"]]
 
 
 @dataclass(frozen=True)
-class ToolPositionDraws:
-    """What the draws say about the tool's position at each pose."""
+class Sampled:
+    """What the draws of all blocks together say of each output."""
 
-    mean_shift: Float[Array, "pose 3"]
-    """Mean of the draws less the position of the estimate [m]."""
-    std: Float[Array, "pose 3"]
-    """Standard uncertainty of each coordinate [m]."""
-    radius: Float[Array, "pose"]
-    """Distance from the estimate that holds `COVERAGE` of the draws [m]."""
+    mean: Float[Array, "output"]
+    std: Float[Array, "output"]
+    symmetric: Interval
+    shortest: Interval
+    draws: Float[Array, "output draw"]
+    stable: bool
+    """Whether every output is known to have met its tolerance."""
+
+    @property
+    def n_draws(self) -> int:
+        """Number of draws."""
+        return int(self.draws.shape[1])
 
 
-def draw_tool_positions(
-    model: KinematicModel,
-    covariance: Float[Array, "parameter parameter"],
-    q: Float[Array, "pose joint"],
-    draws: int = DRAWS,
-    seed: int = 1,
-) -> ToolPositionDraws:
-    """Propagate the parameters' distribution through the full forward kinematics.
+@dataclass(frozen=True)
+class Stopping:
+    """When to stop.
 
     Parameters
     ----------
-    model
-        Estimate; `base` and `tool` are zero (`KinematicModel.with_frames_as_origin`).
-    covariance
-        Of all parameters, zero for those that are not uncertain [m, rad].
-    q
-        Joint readings [rad or m].
-    draws, seed
-        Number of draws of a multivariate normal distribution, and the seed of its generator.
-
-    References
-    ----------
-    .. [1] JCGM 101:2008, 6.4.8 (multivariate Gaussian distribution).
+    digits
+        Significant digits of the standard uncertainty that must not change.
+    share
+        Of the numerical tolerance that is to be met; a fifth where the draws are to judge the law
+        of propagation (JCGM 101, 8.2).
+    most_blocks
+        Blocks at most; fewer draws than the tolerance asks for are reported, not hidden.
     """
-    vectors = model.vector[:, None] + _normal_draws(covariance, draws, seed)
-    n = 5 * model.n_joints
-    links = vectors[:n].reshape(model.n_joints, 5, draws)
-    start = _base_draws(model, vectors[n : n + 6])
-    tool = model.flange[:3, :3] @ vectors[n + 6 : n + 9] + model.flange[:3, 3:]
-    mean_shift, std, radius = np.empty((len(q), 3)), np.empty((len(q), 3)), np.empty(len(q))
-    estimate = forward_kinematics(model, q)[:, :3, 3]
-    for pose, reading in enumerate(q):
-        last, _ = chain(start, links, model.prismatic, reading)
-        p = last.p + last.x * tool[0] + last.y * tool[1] + last.z * tool[2]
-        away = p - estimate[pose][:, None]
-        mean_shift[pose] = away.mean(axis=1)
-        std[pose] = away.std(axis=1, ddof=1)
-        radius[pose] = np.quantile(np.linalg.norm(away, axis=0), COVERAGE)
-    return ToolPositionDraws(mean_shift, std, radius)
+
+    coverage: float = COVERAGE
+    digits: int = 1
+    share: float = 1.0
+    most_blocks: int = 200
 
 
-def _normal_draws(
-    covariance: Float[Array, "parameter parameter"], draws: int, seed: int
-) -> Float[Array, "parameter draw"]:
-    """Draws with the given covariance, through its scaled eigenvectors (rank may be low)."""
-    std = np.sqrt(np.diag(covariance))
-    known = std > 0
-    scale = std[known]
-    values, vectors = np.linalg.eigh(covariance[np.ix_(known, known)] / np.outer(scale, scale))
-    root = scale[:, None] * vectors * np.sqrt(np.clip(values, 0.0, None))
-    result = np.zeros((len(std), draws))
-    result[known] = root @ np.random.default_rng(seed).normal(size=(len(scale), draws))
-    return result
+def sample_adaptively(
+    draws: Draws, seed: int, stopping: Stopping = Stopping(), block: int = BLOCK
+) -> Sampled:
+    """Draw blocks until all outputs are numerically stable.
+
+    Parameters
+    ----------
+    draws
+        Makes so many draws of every output.
+    seed
+        Every block has a generator of its own made of seed and block number, so that blocks may be
+        computed anywhere.
+    block
+        Draws in a block, raised to the least that the coverage needs.
+    """
+    parts: list[Float[Array, "output draw"]] = []
+    figures: list[Float[Array, "figure output"]] = []
+    size = max(block, int(np.ceil(100.0 / (1.0 - stopping.coverage))))
+    stable = False
+    while not stable and len(parts) < stopping.most_blocks:
+        parts.append(draws(block_generator(seed, len(parts)), size))
+        figures.append(_figures(parts[-1], stopping.coverage))
+        stable = len(parts) > 1 and _is_stable(figures, stopping)
+    return _summary(np.concatenate(parts, axis=1), stopping.coverage, stable=stable)
 
 
-def _base_draws(model: KinematicModel, base: Float[Array, "6 draw"]) -> Columns:
-    """Axes and origin of the first link's frame for every draw of the base frame."""
-    R = np.stack([rotation_from_ypr(ypr) for ypr in base[3:].T], axis=2)
-    R = np.einsum("ij,jkm,kl->ilm", model.station[:3, :3], R, model.mount[:3, :3])
-    p = model.station[:3, :3] @ base[:3] + model.station[:3, 3:]
-    mount = model.mount[:3, 3]
-    if mount.any():
-        turned = np.einsum("ilm,lk->ikm", R, model.mount[:3, :3].T)
-        p = p + np.einsum("ikm,k->im", turned, mount)
-    return Columns(R[:, 0], R[:, 1], R[:, 2], p)
+def sample(draws: Draws, seed: int, count: int, coverage: float = COVERAGE) -> Sampled:
+    """So many draws and no more: JCGM 101, 7.2. Nobody checked whether they are stable."""
+    return _summary(draws(block_generator(seed, 0), count), coverage, stable=False)
+
+
+def _summary(together: Float[Array, "output draw"], coverage: float, *, stable: bool) -> Sampled:
+    return Sampled(
+        mean=together.mean(axis=1),
+        std=together.std(axis=1, ddof=1),
+        symmetric=symmetric_interval(together, coverage),
+        shortest=shortest_interval(together, coverage),
+        draws=together,
+        stable=stable,
+    )
+
+
+def block_generator(seed: int, block: int) -> np.random.Generator:
+    """Generator of one block, independent of the others."""
+    return np.random.default_rng([seed, block])
+
+
+def draws_of(
+    function: Function,
+    inputs: Sequence[Distribution],
+    correlation: Float[Array, "input input"] | None = None,
+) -> Draws:
+    """Draws of one output of a measurement function.
+
+    Parameters
+    ----------
+    correlation
+        Of normal inputs (JCGM 101, 6.4.8); independent if None.
+    """
+
+    def independent(rng: np.random.Generator, count: int) -> Float[Array, "1 draw"]:
+        values = np.stack([quantity.draw(rng, count) for quantity in inputs])
+        return function(values)[None]
+
+    if correlation is None:
+        return independent
+    root = np.linalg.cholesky(correlation)
+    x = np.array([quantity.estimate for quantity in inputs])[:, None]
+    u = np.array([quantity.std for quantity in inputs])[:, None]
+
+    def together(rng: np.random.Generator, count: int) -> Float[Array, "1 draw"]:
+        return function(x + u * (root @ rng.normal(size=(len(x), count))))[None]
+
+    return together
+
+
+def _figures(part: Float[Array, "output draw"], coverage: float) -> Float[Array, "4 output"]:
+    interval = symmetric_interval(part, coverage)
+    return np.stack([part.mean(axis=1), part.std(axis=1, ddof=1), interval.low, interval.high])
+
+
+def _is_stable(
+    summaries: list[Float[Array, "figure output"]],
+    stopping: Stopping,
+) -> bool:
+    """JCGM 101, 7.9.4 g to l."""
+    figures = np.stack(summaries)
+    of_average = figures.std(axis=0, ddof=1) / np.sqrt(len(figures))
+    pooled = np.sqrt((figures[:, 1] ** 2).mean(axis=0))
+    tolerance = stopping.share * numerical_tolerance(pooled, stopping.digits)
+    return bool((2.0 * of_average <= tolerance).all())

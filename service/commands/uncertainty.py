@@ -2,6 +2,7 @@
 
 import json
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,26 +13,39 @@ from service.commands.options import AsJson, BundleFolder, OutFolder, make_folde
 def uncertainty(
     bundle: BundleFolder,
     out: OutFolder,
-    draws: Annotated[int, typer.Option(min=1000, max=1_000_000)] = 10_000,
+    poses: Annotated[
+        Path | None, typer.Option(help="CSV of joints where the tool's uncertainty is wanted")
+    ] = None,
+    draws: Annotated[
+        int | None, typer.Option(min=1000, max=1_000_000, help="fixed number; adaptive if left out")
+    ] = None,
+    digits: Annotated[int, typer.Option(min=1, max=2, help="numerical tolerance")] = 1,
+    refits: Annotated[int, typer.Option(min=0, help="simulated campaigns, fitted again")] = 200,
     seed: Annotated[int, typer.Option(min=0)] = 1,
     *,
     as_json: AsJson = False,
 ) -> None:
-    """Uncertainty of the tool at the measured poses: writes uncertainty.json."""
-    from robocal.uncertainty.first_evaluation import evaluate_first, uncertainty_document
+    """Uncertainty of parameters and tool by GUM and Monte Carlo: writes uncertainty.json."""
+    from robocal.formats.poses_csv import read_poses
+    from robocal.formats.uncertainty_json import uncertainty_document
+    from robocal.uncertainty.evaluation import Settings, evaluate
+    from robocal.uncertainty.workspace_map import map_workspace
     from service.calibration import calibrate
+    from service.report_uncertainty import uncertainty_lines
 
     done = calibrate(bundle, "simultaneous", datetime.now(UTC))
     rows = done.bundle.measurements
-    evaluation = evaluate_first(done.calibrated, rows.joints, draws, seed)
-    document = uncertainty_document(evaluation, rows.lines, done.result.adequacy)
+    if poses is None:
+        q, lines = rows.joints, rows.lines
+    else:
+        wanted = read_poses(poses, done.bundle.robot)
+        q, lines = wanted.joints, wanted.lines
+    evaluation = evaluate(done.bundle, done.result, q, Settings(seed, digits, draws, refits))
+    workspace = map_workspace(done.bundle.robot, done.result.model, evaluation.sources, seed)
+    document = uncertainty_document(evaluation, lines, workspace)
     make_folder(out)
     write_json(out / "uncertainty.json", document)
     if as_json:
         print(json.dumps(document, indent=2))
     else:
-        tool = evaluation.draws
-        print(
-            f"tool position, {len(rows)} poses: U95 mean {tool.radius.mean() * 1e3:.4f} mm, "
-            f"max {tool.radius.max() * 1e3:.4f} mm -> {out / 'uncertainty.json'}"
-        )
+        print("\n".join(uncertainty_lines(evaluation, workspace, out)))

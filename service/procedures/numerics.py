@@ -21,9 +21,10 @@ from robocal.formats.bundle import read_bundle
 from robocal.formats.identification_json import identification_document
 from robocal.formats.model_yaml import model_document, read_model
 from robocal.formats.robot_yaml import read_robot
+from robocal.formats.uncertainty_json import uncertainty_document
 from robocal.identification.identify import DEFAULT_STRATEGY
 from robocal.planning.exchange import plan_poses
-from robocal.uncertainty.first_evaluation import evaluate_first, uncertainty_document
+from robocal.uncertainty.evaluation import evaluate
 from robocal.verification import (
     accuracy_after,
     accuracy_before,
@@ -57,18 +58,18 @@ def plan_verify(request: Json, folder: Path) -> Json:
 def calibrate(request: Json, folder: Path) -> Json:
     """Identify from the bundle in the folder and evaluate its uncertainty."""
     when = datetime.fromisoformat(request["date"])
-    bundle, result, calibrated = calibration.calibrate(folder, DEFAULT_STRATEGY, when)
-    rows = bundle.measurements.fit_rows
-    evaluation = evaluate_first(calibrated, rows.joints)
+    done = calibration.calibrate(folder, DEFAULT_STRATEGY, when)
+    rows = done.bundle.measurements.fit_rows
+    evaluation = evaluate(done.bundle, done.result, rows.joints)
     return {
-        "bundle_sha256": bundle.sha256,
+        "bundle_sha256": done.bundle.sha256,
         "settings": {"strategy": DEFAULT_STRATEGY},
         "identification": {
-            **identification_document(result),
-            "residual_rows": residual_rows_document(residual_rows(bundle, result)),
+            **identification_document(done.result, done.folds),
+            "residual_rows": residual_rows_document(residual_rows(done.bundle, done.result)),
         },
-        "model": model_document(calibrated),
-        "uncertainty": uncertainty_document(evaluation, rows.lines, result.adequacy),
+        "model": model_document(done.calibrated),
+        "uncertainty": uncertainty_document(evaluation, rows.lines),
     }
 
 

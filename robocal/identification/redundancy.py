@@ -73,8 +73,8 @@ def split_columns(
     prior_std
         How far each may be off before any measurement, infinite where nothing is known [m, rad].
     """
-    kinds = sort_columns(J, order, free, prior_std)
     J = _compressed(J)
+    kinds = sort_columns(J, order, free, prior_std)
     lengths = np.linalg.norm(J, axis=0)
     reasons = dict.fromkeys((names[k] for k in kinds.unseen), "these measurements do not see it")
     for index, before in kinds.redundant.items():

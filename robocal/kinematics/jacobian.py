@@ -15,7 +15,6 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from robocal.frames import frame_from_xyz_ypr
 from robocal.kinematics.forward import Columns, walk
 from robocal.kinematics.model import KinematicModel
 
@@ -94,8 +93,7 @@ def _fill_frame(
     """
     for column, axis in zip(columns[:3], (x, y, z), strict=True):
         column[:3] = axis
-    after_yaw = frame_from_xyz_ypr(np.array([0, 0, 0, frame[3], 0, 0]))
-    after_pitch = frame_from_xyz_ypr(np.array([0, 0, 0, frame[3], frame[4], 0]))
-    directions = np.stack([after_yaw[:3, 2], after_yaw[:3, 1], after_pitch[:3, 0]])
+    (cy, cp), (sy, sp) = np.cos(frame[3:5]), np.sin(frame[3:5])
+    directions = ((0.0, 0.0, 1.0), (-sy, cy, 0.0), (cy * cp, sy * cp, -sp))
     for column, direction in zip(columns[3:], directions, strict=True):
         column[3:] = x * direction[0] + y * direction[1] + z * direction[2]

@@ -1,0 +1,1 @@
+"""Slips of convention, unit and row order in the data, found before any fit."""

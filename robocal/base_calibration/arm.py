@@ -17,6 +17,8 @@ _DAMPING = 0.05
 """Of the joint steps, against singular poses [m/rad]"""
 _LEAST = 1e-12
 """Keeps a singular pose's equations solvable [m2/rad2]"""
+_STILL = 1e-13
+"""Joint step at which the search ends [rad or m]"""
 _LONGEST = 0.5
 """Longest joint step [rad or m]"""
 
@@ -70,14 +72,14 @@ class Arm:
         return [5 * j + int(slides) for j, slides in enumerate(self.model.prismatic)]
 
     def joints_at(
-        self, places: Float[Array, "place 3"], start: Float[Array, "joint"]
+        self, places: Float[Array, "place 3"], start: Float[Array, "place joint"]
     ) -> Float[Array, "place joint"]:
         """Joints that bring the tip as near to each place as the limits allow, from `start` on.
 
         By damped steps along the Jacobian; the needle's direction is left free. Whether a place was
         reached is for the caller to see.
         """
-        q = np.tile(start, (len(places), 1))
+        q = start
         rows = self._joint_rows()
         for _ in range(_STEPS):
             target, J = pose_jacobian(self.model, q)
@@ -89,12 +91,16 @@ class Arm:
             square += (_DAMPING**2 * left + _LEAST) * np.eye(3)
             force = np.linalg.solve(square, away[:, :, None])[:, :, 0]
             step = np.clip(np.einsum("pji,pi->pj", by_joint, force), -_LONGEST, _LONGEST)
-            q = np.clip(q + step, self.limits[:, 0], self.limits[:, 1])
+            moved = np.clip(q + step, self.limits[:, 0], self.limits[:, 1])
+            if np.abs(moved - q).max(initial=0.0) < _STILL:
+                return np.asarray(moved)
+            q = moved
         return np.asarray(q)
 
     def reaches(
         self, places: Float[Array, "place 3"], start: Float[Array, "joint"]
     ) -> Bool[Array, "place"]:
         """Whether the tip comes to each place within the joint limits, searched from `start`."""
-        tips = self.needle_poses(self.joints_at(places, start))[:, :3, 3]
+        q = self.joints_at(places, np.tile(start, (len(places), 1)))
+        tips = self.needle_poses(q)[:, :3, 3]
         return np.asarray(np.linalg.norm(places - tips, axis=1) < _REACHED)

@@ -49,7 +49,8 @@ CORRECTIONS: tuple[Correction, ...] = (
         0.2e-3,
         2e-3,
         "rod angle zero (a guide out of square within the rod's plane acts alike)",
-        "the stage turned end for end, or touches of one robot at slide positions far apart",
+        "touches of one robot at slide positions far apart, or the stage turned upside down; "
+        "turned end for end on its feet it stays hidden",
     ),
     Correction(
         "rod_zero",
@@ -85,7 +86,7 @@ CORRECTIONS: tuple[Correction, ...] = (
         0.1e-3,
         1e-3,
         "rod axis out of square to the guide, out of the rod's plane",
-        "rod cup touches at angles more than 60 deg apart, and the slide cup",
+        "the stage turned end for end, or touches of one robot at slide positions far apart",
     ),
     Correction(
         "abbe_pitch",

@@ -29,7 +29,7 @@ _MOST = 3
 """Faults named at most, one after the other; [1]"""
 _ALTERNATIVE = 0.05
 """Another explanation is mentioned from this probability on; [1]"""
-_TOUCH_NAMED = 0.5
+_TOUCH_NAMED = 0.8
 """One touch is taken out only if it is the slipped one with this share of all slips; [1]"""
 SLIPPED = "slipped_touch"
 
@@ -121,7 +121,9 @@ def _likeliest(
     if name != SLIPPED:
         return StageFault(name, probability[name], (), remedied=True, confusable_with=others)
     each = np.exp(slips - np.logaddexp.reduce(slips))
-    named = each.max() >= _TOUCH_NAMED
+    # A touch without which there would be no answer at all stays.
+    enough = touches.only(each < each.max()).two_by_each
+    named = enough and each.max() >= _TOUCH_NAMED
     chosen = each == each.max() if named else each >= _ALTERNATIVE
     lines = tuple(int(line) for line in touches.lines[chosen])
     return StageFault(SLIPPED, probability[name], lines, bool(named), others)

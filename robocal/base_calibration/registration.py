@@ -45,9 +45,9 @@ class SensorCorrection:
 
     @property
     def hidden(self) -> bool:
-        """No fault of the usual size would be seen."""
+        """No fault of the usual size would be seen, and the touches do not tell its value."""
         usual = {correction.name: correction.fault_std for correction in CORRECTIONS}
-        return self.found_from > usual[self.name]
+        return self.status != "identified" and self.found_from > usual[self.name]
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ def _corrections(solution: Solution, stage: Stage) -> tuple[SensorCorrection, ..
                 float(solution.state.corrections[k]),
                 float(std[k]),
                 status,
-                _SEEN * correction.fault_std / seen if seen > 1e-6 else np.inf,
+                float(_SEEN * correction.fault_std / seen) if seen > 1e-6 else np.inf,
                 float(shifts[k] * correction.fault_std),
             )
         )

@@ -49,7 +49,15 @@ class Touches:
     @property
     def n_placements(self) -> int:
         """How often the stage was set down."""
-        return int(self.placement.max()) + 1
+        return int(self.placement.max(initial=-1)) + 1
+
+    @property
+    def two_by_each(self) -> bool:
+        """Whether both robots touched at least twice at one placement."""
+        return any(
+            min((here & self.by_slave).sum(), (here & ~self.by_slave).sum()) >= 2
+            for here in (self.placement == placement for placement in range(self.n_placements))
+        )
 
     @property
     def rod_reference(self) -> float:

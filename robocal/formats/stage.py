@@ -133,7 +133,7 @@ def _range(
 
 def _touches(
     table: Table, robots: list[tuple[Robot, Arm]]
-) -> tuple[Touches, list[Float[Array, "touch joint"]]]:
+) -> tuple[Touches, list[Float[Array, "_ joint"]]]:
     columns = [joint_columns(robot) for robot, _ in robots]
     table.require(("robot", "cup", *_READINGS), "every touch needs robot, cup and three readings")
     for name, needed in zip(_ROBOTS, columns, strict=True):
@@ -192,7 +192,7 @@ def _numbers(
 
 def _joints(
     table: Table, columns: tuple[str, ...], robot: Robot, own: Bool[Array, "touch"]
-) -> Float[Array, "touch joint"]:
+) -> Float[Array, "_ joint"]:
     why = f"robot '{robot.name}' made this touch"
     values = np.column_stack([_numbers(table, column, own, why) for column in columns])
     return np.asarray(values[own] * robot.joint_scale)

@@ -67,17 +67,16 @@ def wide_layout(experiment: Experiment, wrist: Float[Array, "4 3"], elbow: float
     """
     master = arm()
     p2 = master.needle_poses(experiment.master_joints)[1, :3, 3]
-    joints = []
-    for (across, y), turned in zip(_MASTER_PLACES, wrist, strict=True):
-        cup = np.array([[p2[0] + across, y, p2[2]]])
-        start = np.array([np.arctan2(cup[0, 1], cup[0, 0]), -np.pi / 2, 0.0, *turned])
-        joints.append(master.joints_at(cup, start)[0])
+    cups = np.array([[p2[0] + across, y, p2[2]] for across, y in _MASTER_PLACES])
+    towards = np.arctan2(cups[:, 1], cups[:, 0])
+    bent = np.tile([-np.pi / 2, 0.0], (4, 1))
+    joints = master.joints_at(cups, np.column_stack([towards, bent, wrist]))
     q_slave = np.column_stack([_SLAVE_TURNS, np.full(4, elbow), np.zeros((4, 2))])
     on_rod = np.ones(8, dtype=bool)
     slides = np.array([_MASTER_SLIDE] * 4 + [experiment.travel] * 4)
-    places = _places(experiment, np.array(joints), q_slave)
+    places = _places(experiment, joints, q_slave)
     readings = _readings(places, slides, on_rod, experiment)
-    return Layout(np.array(joints), q_slave, on_rod, readings)
+    return Layout(joints, q_slave, on_rod, readings)
 
 
 def _places(

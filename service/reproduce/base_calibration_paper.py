@@ -2,8 +2,8 @@
 
 Source: Zhong et al., Manufacturing Technology & Machine Tool 12 (2022), 20-26. The 6R arm's table
 is not printed. The one here puts the needle where table 3 has it, and its shoulder and wrist
-lengths are those that the shifts between tables 2 and 3 allow (0.85, 0.37 and 0.34 m, each within about
-0.1 m, by least squares over the eight rows).
+lengths are those that the shifts between tables 2 and 3 allow (0.85, 0.37 and 0.34 m, each within
+about 0.1 m, by least squares over the eight rows).
 """
 
 from dataclasses import dataclass

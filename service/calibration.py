@@ -36,8 +36,13 @@ def calibrate(
         bundle = replace(bundle, choices=bundle.choices.overruled_by(choices))
     result = identify(bundle, strategy)
     folds = cross_validate(bundle, result)
-    provenance = Provenance(
-        bundle.sha256, version("robocal"), when.isoformat(timespec="seconds"), strategy
-    )
+    provenance = provenance_of(bundle, strategy, when)
     robot = calibrated_robot(bundle.robot, result, bundle.gravity, provenance)
     return Calibration(bundle, result, folds, robot)
+
+
+def provenance_of(bundle: Bundle, strategy: str, when: datetime) -> Provenance:
+    """Where a model comes from: these readings, this software, this moment."""
+    return Provenance(
+        bundle.sha256, version("robocal"), when.isoformat(timespec="seconds"), strategy
+    )

@@ -10,6 +10,7 @@ from service.commands.basecal import basecal
 from service.commands.compensate import compensate
 from service.commands.convert import convert
 from service.commands.demo import demo
+from service.commands.diagnose import diagnose
 from service.commands.emulate import emulate
 from service.commands.export import export
 from service.commands.identify import identify
@@ -20,6 +21,7 @@ from service.commands.uncertainty import uncertainty
 
 COMMANDS: tuple[Callable[..., None], ...] = (
     identify,
+    diagnose,
     predict,
     compensate,
     convert,

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from robocal.diagnosis.diagnosis import Diagnosis, Verdict
 from robocal.identification.result import ResidualSummary
 from service.calibration import Calibration
 
@@ -51,3 +52,51 @@ def _line(name: str, summary: ResidualSummary) -> str:
         f"{summary.position_mean * 1e3:10.4f}{summary.position_max * 1e3:10.4f}"
         + (f"{angle / _DEG:10.4f}" if angle is not None else f"{'-':>10}")
     )
+
+
+VERDICTS = {
+    Verdict.model_adequate: "geometry alone explains these measurements",
+    Verdict.explained: "explained: nothing but the declared noise is left",
+    Verdict.partly_explained: "partly explained: structure remains beyond the named causes",
+    Verdict.unknown_cause: "something is there that nothing of the catalogue explains",
+}
+_MOST_LINES = 12
+
+
+def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
+    """The verdict, the causes with their certainty, the gain, what to do next."""
+    gain = found.gain
+    low, high = gain.ci95
+    lines = [
+        VERDICTS[found.verdict],
+        f"reduced chi-square {found.geometry_adequacy.reduced_chi_square:.3g} by geometry, "
+        f"{found.adequacy.reduced_chi_square:.3g} with the causes below",
+    ]
+    for named in found.effects[:_MOST_LINES]:
+        own = (named.fitted.instance.effect, named.fitted.instance.joint)
+        others = [cause for cause in named.naming.causes if cause.key != own][:2]
+        alternative = ", ".join(f"{c.instance.title} ({c.probability:.2f})" for c in others)
+        lines.append(
+            f"  {named.fitted.instance.title:34} probability {named.probability:.3f}, "
+            f"share {named.explained_fraction:.2f}"
+            + (f"; or {alternative}" if alternative else "")
+            + ("; gain in sample only" if named.in_sample_only else "")
+        )
+    if len(found.effects) > _MOST_LINES:
+        lines.append(f"  and {len(found.effects) - _MOST_LINES} smaller ones")
+    lines.append(
+        f"position RMS on rows that chose nothing: {gain.before * 1e3:.4f} mm before, "
+        f"{gain.after * 1e3:.4f} mm after, {gain.reduction:.0%} less (95 %: {low:.0%} to "
+        f"{high:.0%}); noise floor {found.noise_floor * 1e3:.4f} mm"
+    )
+    for row in found.outliers:
+        lines.append(f"measurements.csv line {row.line} not used: {row.reason}")
+    if found.depends_on:
+        names = ", ".join(dependence.covariate for dependence in found.depends_on[:5])
+        lines.append(f"what remains depends on {names}")
+    if found.next_poses.between:
+        one, other = found.next_poses.between
+        lines.append(f"to tell {one} from {other}: measure next_poses.csv")
+        lines += [f"  or {word}" for word in found.next_poses.words]
+    lines.append(f"-> {out / 'diagnosis.json'}, {out / 'model.yaml'}, {out / 'report.html'}")
+    return lines

@@ -82,16 +82,27 @@ def read_measurements(path: Path, robot: Robot) -> tuple[MeasurementSet, tuple[s
         Naming line and column.
     """
     table = read_table(path)
-    joints = read_joints(table, robot)
+    read_joints(table, robot)
     table.refuse_unknown(known_columns(robot))
     if "distance_mm" not in table:
         table.require(POSITION, "a row needs a position in mm, or distance_mm")
     if any(column in table for column in QUATERNION):
         table.require(QUATERNION, "an orientation needs all four")
+    return rows_of(table, robot), table.text("split")
+
+
+def rows_of(table: Table, robot: Robot) -> MeasurementSet:
+    """Rows of a table that has the joints; whatever else it lacks is NaN.
+
+    Raises
+    ------
+    BadInput
+        Naming line and column.
+    """
     n_rows = len(table.cells)
-    measurements = MeasurementSet(
+    return MeasurementSet(
         lines=table.lines,
-        joints=joints,
+        joints=read_joints(table, robot),
         position=_matrix(table, POSITION) * 1e-3,
         orientation=_orientation(table),
         distance=table.numbers("distance_mm") * 1e-3,
@@ -106,7 +117,6 @@ def read_measurements(path: Path, robot: Robot) -> tuple[MeasurementSet, tuple[s
         approach=_approach(table, robot),
         commanded=_matrix(table, joint_columns(robot, "cmd")) * robot.joint_scale,
     )
-    return measurements, table.text("split")
 
 
 def _orientation(table: Table) -> Float[Array, "row 4"]:

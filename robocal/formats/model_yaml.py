@@ -8,6 +8,14 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot, Provenance
+from robocal.diagnosis.circumstances import Reference
+from robocal.diagnosis.extended import FittedEffect
+from robocal.formats.effects_yaml import (
+    effect_document,
+    read_effect,
+    read_reference,
+    reference_document,
+)
 from robocal.formats.fields import Fields, fields_of, read_text
 from robocal.formats.robot_yaml import (
     frame_document,
@@ -47,7 +55,8 @@ def model_document(calibrated: CalibratedRobot) -> dict[str, object]:
         "base": frame_document(model.base_frame),
         "tool": frame_document(invert(calibrated.robot.geometry.flange) @ model.tool_frame),
         "gravity": [float(value) for value in calibrated.gravity],
-        "effects": [],
+        "effects": [effect_document(fitted) for fitted in calibrated.effects],
+        "reference": reference_document(calibrated.reference),
         "covariance": {
             "parameters": [names[k] for k in known],
             "matrix_deg_mm": [[float(value) for value in row] for row in covariance],
@@ -103,8 +112,12 @@ def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
         mount=robot.geometry.mount,
         flange=robot.geometry.flange @ _frame(fields, "tool"),
     )
-    if "effects" in fields:
-        _refuse_effects(fields)
+    effects: tuple[FittedEffect, ...] = ()
+    if "effects" in fields and not fields.is_empty_list("effects"):
+        effects = tuple(read_effect(entry) for entry in fields.mappings("effects"))
+    reference = Reference()
+    if "reference" in fields:
+        reference = read_reference(fields.mapping("reference"))
     origin = fields.mapping("provenance")
     provenance = Provenance(
         *(origin.text(name) for name in ("bundle_sha256", "software_version", "date", "strategy"))
@@ -112,7 +125,7 @@ def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
     covariance = _covariance(fields.mapping("covariance"), robot.n_joints)
     gravity = np.array(fields.numbers("gravity", 3))
     fields.finish()
-    return CalibratedRobot(robot, model, covariance, gravity, provenance)
+    return CalibratedRobot(robot, model, covariance, gravity, provenance, effects, reference)
 
 
 def _link(row: Fields) -> list[float]:
@@ -132,12 +145,6 @@ def _frame(fields: Fields, name: str) -> Float[Array, "4 4"]:
     values = read_frame(frame)
     frame.finish()
     return frame_from_xyz_ypr(values)
-
-
-def _refuse_effects(fields: Fields) -> None:
-    """Effects beyond geometry would be left out of every prediction without a word."""
-    if not fields.is_empty_list("effects"):
-        raise fields.error("effects", "holds effects, which this version cannot predict with")
 
 
 def _covariance(fields: Fields, n_joints: int) -> Float[Array, "parameter parameter"]:

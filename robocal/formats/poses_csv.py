@@ -1,7 +1,7 @@
 """Tables of joints, and of the tool poses that a model predicts for them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +9,16 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
+from robocal.diagnosis.diagnosis import NextPoses
 from robocal.errors import BadInput
 from robocal.formats.measurements_csv import (
     POSITION,
     QUATERNION,
+    approach_columns,
     joint_columns,
     known_columns,
     read_joints,
+    rows_of,
 )
 from robocal.formats.table import Table, read_table, write_table
 from robocal.frames import quaternion_from_rotation
@@ -60,7 +63,8 @@ def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> int:
     table = read_table(poses)
     robot = calibrated.robot
     q = _complete_joints(table, robot)
-    T = calibrated.tool_poses(q)
+    rows = replace(rows_of(table, robot), joints=q)
+    T = calibrated.poses_of(rows)
     columns: dict[str, Sequence[str]] = {name: table.text(name) for name in table.header}
     for axis, name in enumerate(POSITION):
         columns[name] = _cells(T[:, axis, 3] * 1e3, 7)
@@ -88,6 +92,18 @@ def write_plan(path: Path, robot: Robot, q: Float[Array, "pose joint"]) -> None:
     }
     for joint, name in enumerate(joint_columns(robot)):
         columns[name] = _cells(q[:, joint] / robot.joint_scale[joint], 6)
+    _write(path, columns)
+
+
+def write_next_poses(path: Path, robot: Robot, poses: NextPoses) -> None:
+    """Poses to measure next, with the side from which each joint should come."""
+    columns: dict[str, Sequence[str]] = {
+        "pose": tuple(str(number) for number in range(1, len(poses.q) + 1))
+    }
+    for joint, name in enumerate(joint_columns(robot)):
+        columns[name] = _cells(poses.q[:, joint] / robot.joint_scale[joint], 6)
+    for joint, name in enumerate(approach_columns(robot)):
+        columns[name] = tuple(f"{side:.0f}" for side in poses.approach[:, joint])
     _write(path, columns)
 
 

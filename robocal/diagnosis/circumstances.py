@@ -1,0 +1,254 @@
+"""What was going on when each row was read: everything that an effect may depend on."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
+
+from robocal.kinematics.forward import walk
+from robocal.kinematics.model import KinematicModel
+from robocal.measurements import MeasurementSet
+from robocal.robots.robot import LinkMass, Robot
+
+_G = 9.80665
+"""Standard acceleration of gravity [m/s2]"""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What times, temperatures and speeds are counted from; kept with a model that uses them."""
+
+    time_start: float = 0.0
+    """[s]"""
+    time_span: float = 1.0
+    """[s]"""
+    temperature: float = 20.0
+    """[degC]"""
+    speed: float = 1.0
+    """Fraction of full speed."""
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """Rows in the order in which they were measured. NaN where the file does not say.
+
+    Parameters
+    ----------
+    robot
+        Nominal robot, whose masses and geometry give the gravity torques.
+    gravity
+        Direction of gravity in the robot base.
+    tool_place
+        Where the payload is thought to hang, in the flange frame [m].
+    joints, previous
+        Readings of the row and of the row before [rad or m].
+    time
+        [s]; the row's number over the count where the file has no times.
+    reference
+        What `progress`, `warmer` and `hurry` are counted from.
+    """
+
+    robot: Robot
+    gravity: Float[Array, "3"]
+    tool_place: Float[Array, "3"]
+    base_rotation: Float[Array, "3 3"]
+    """Axes of the robot base in the measuring frame."""
+    position: Float[Array, "row 3"]
+    """Where the instrument saw the target [m]."""
+    joints: Float[Array, "row joint"]
+    previous: Float[Array, "row joint"]
+    lines: Int[Array, "row"]
+    time: Float[Array, "row"]
+    timed: bool
+    """Whether `time` is in seconds."""
+    temperature: Float[Array, "row"]
+    payload: Float[Array, "row"]
+    speed: Float[Array, "row"]
+    settle: Float[Array, "row"]
+    approach: Float[Array, "row joint"]
+    reference: Reference
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints."""
+        return int(self.joints.shape[1])
+
+    @cached_property
+    def progress(self) -> Float[Array, "row"]:
+        """Time from 0 to 1 over the campaign that the reference is of."""
+        return np.asarray((self.time - self.reference.time_start) / self.reference.time_span)
+
+    @cached_property
+    def hurry(self) -> Float[Array, "row"]:
+        """Speed of the last move over the reference, one where the file does not say."""
+        return np.asarray(np.nan_to_num(self.speed / self.reference.speed, nan=1.0))
+
+    @cached_property
+    def warmer(self) -> Float[Array, "row"]:
+        """Temperature over the reference [K]."""
+        return np.asarray(self.temperature - self.reference.temperature)
+
+    @cached_property
+    def has_temperature(self) -> bool:
+        """Whether the temperature was read and varied."""
+        return bool(np.isfinite(self.temperature).all() and np.ptp(self.temperature) > 0.2)
+
+    @cached_property
+    def has_payload(self) -> bool:
+        """Whether the payload is known and differs between rows."""
+        return bool(np.isfinite(self.payload).all() and np.ptp(self.payload) > 0)
+
+    @cached_property
+    def _chain(self) -> tuple[list[Float[Array, "3 row"]], list[Float[Array, "3 row"]], Array]:
+        """Axis and point of every joint, and the flange, in the robot base."""
+        geometry = self.robot.geometry
+        bare = KinematicModel(geometry.links, geometry.prismatic, mount=geometry.mount)
+        last, joints = walk(bare, self.joints)
+        n = len(self)
+        axes = [np.broadcast_to(joint.z, (3, n)) for joint in joints]
+        points = [np.broadcast_to(joint.before, (3, n)) for joint in joints]
+        tool = last.then(geometry.flange)
+        t = self.tool_place
+        hand = tool.p + tool.x * t[0] + tool.y * t[1] + tool.z * t[2]
+        return axes, points, hand
+
+    def torque_of(
+        self, joint: int, mass: Float[Array, "row"] | float, centre: Float[Array, "3 row"]
+    ) -> Float[Array, "row"]:
+        """Gravity torque about a joint's axis of a mass at given points of the base [Nm]."""
+        axes, points, _ = self._chain
+        force = self.gravity[:, None] * (_G * mass)
+        arm = centre - points[joint]
+        return np.asarray(
+            (axes[joint] * np.cross(arm, np.broadcast_to(force, arm.shape), axis=0)).sum(axis=0)
+        )
+
+    @cached_property
+    def payload_torque(self) -> Float[Array, "joint row"]:
+        """Gravity torque of the payload about every joint [Nm]; zero where it is not known."""
+        _, _, hand = self._chain
+        mass = np.nan_to_num(self.payload)
+        return np.stack([self.torque_of(j, mass, hand) for j in range(self.n_joints)])
+
+    @cached_property
+    def link_torque(self) -> Float[Array, "joint row"]:
+        """Gravity torque of the links about every joint [Nm]; zero without masses."""
+        torque = np.zeros((self.n_joints, len(self)))
+        if self.robot.masses is None:
+            return torque
+        for link, (mass, centre) in enumerate(self.link_centres):
+            for joint in range(link + 1):
+                torque[joint] += self.torque_of(joint, mass, centre)
+        return torque
+
+    @cached_property
+    def link_centres(self) -> list[tuple[float, Float[Array, "3 row"]]]:
+        """Mass and centre of every link in the robot base [kg, m]."""
+        masses = self.robot.masses or (LinkMass(0.0, (0.0, 0.0, 0.0)),) * self.n_joints
+        geometry = self.robot.geometry
+        centres = []
+        for link, entry in enumerate(masses):
+            part = KinematicModel(
+                geometry.links[: link + 1], geometry.prismatic[: link + 1], mount=geometry.mount
+            )
+            frame, _ = walk(part, self.joints[:, : link + 1])
+            x, y, z = entry.centre
+            centre = frame.p + frame.x * x + frame.y * y + frame.z * z
+            centres.append((entry.mass, np.broadcast_to(centre, (3, len(self)))))
+        return centres
+
+    @cached_property
+    def torque(self) -> Float[Array, "joint row"]:
+        """Gravity torque of links and payload about every joint [Nm]."""
+        return np.asarray(self.link_torque + self.payload_torque)
+
+    @cached_property
+    def moment(self) -> Float[Array, "3 row"]:
+        """Overturning moment of links and payload about the base's origin [Nm]."""
+        force = self.gravity[:, None] * _G
+        _, _, hand = self._chain
+        total = np.cross(hand, force * np.nan_to_num(self.payload), axis=0)
+        for mass, centre in self.link_centres:
+            total = total + np.cross(centre, np.broadcast_to(force * mass, centre.shape), axis=0)
+        return np.asarray(total)
+
+    def moment_about(self, point: Float[Array, "3 _"], behind: int) -> Float[Array, "3 row"]:
+        """Moment of the payload and of the links behind link `behind` about a point [Nm]."""
+        force = self.gravity[:, None] * _G
+        _, _, hand = self._chain
+        total = np.cross(hand - point, force * np.nan_to_num(self.payload), axis=0)
+        for mass, centre in self.link_centres[behind + 1 :]:
+            arm = centre - point
+            total = total + np.cross(arm, np.broadcast_to(force * mass, arm.shape), axis=0)
+        return np.asarray(total)
+
+    @cached_property
+    def reach(self) -> Float[Array, "row"]:
+        """Distance of the tool from axis 1 [m]."""
+        _, _, hand = self._chain
+        return np.asarray(np.hypot(hand[0], hand[1]))
+
+    def rows(self, choice: Bool[Array, "row"]) -> "Circumstances":
+        """Some of the rows; their predecessors stay what they were."""
+        names = ["position", "joints", "previous", "lines", "time", "temperature", "payload"]
+        names += ["speed", "settle", "approach"]
+        return Circumstances(
+            robot=self.robot,
+            gravity=self.gravity,
+            tool_place=self.tool_place,
+            base_rotation=self.base_rotation,
+            timed=self.timed,
+            reference=self.reference,
+            **{name: getattr(self, name)[choice] for name in names},
+        )
+
+
+def circumstances(
+    robot: Robot,
+    gravity: Float[Array, "3"],
+    tool_place: Float[Array, "3"],
+    base_rotation: Float[Array, "3 3"],
+    rows: MeasurementSet,
+    reference: Reference | None = None,
+) -> Circumstances:
+    """The circumstances of measured rows, which stand in the order of measuring.
+
+    The reference is taken from the rows unless a model brings its own.
+    """
+    timed = bool(np.isfinite(rows.time).all() and np.ptp(rows.time) > 0)
+    time = rows.time if timed else np.arange(len(rows)) / max(len(rows), 1)
+    previous = np.concatenate([rows.joints[:1], rows.joints[:-1]])
+    return Circumstances(
+        robot=robot,
+        gravity=gravity,
+        tool_place=tool_place,
+        base_rotation=base_rotation,
+        position=np.nan_to_num(rows.position),
+        joints=rows.joints,
+        previous=previous,
+        lines=rows.lines,
+        time=time,
+        timed=timed,
+        temperature=rows.temperature,
+        payload=rows.payload,
+        speed=rows.speed,
+        settle=rows.settle,
+        approach=rows.approach,
+        reference=reference or _reference(rows, time),
+    )
+
+
+def _reference(rows: MeasurementSet, time: Float[Array, "row"]) -> Reference:
+    known = np.isfinite(rows.temperature)
+    moved = np.isfinite(rows.speed) & (rows.speed > 0)
+    return Reference(
+        float(time.min()),
+        float(np.ptp(time)) or 1.0,
+        float(rows.temperature[known].mean()) if known.any() else 20.0,
+        float(rows.speed[moved].mean()) if moved.any() else 1.0,
+    )

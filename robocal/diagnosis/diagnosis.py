@@ -1,0 +1,103 @@
+"""What a diagnosis found."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from robocal.calibrated import CalibratedRobot
+from robocal.diagnosis.causes import Naming
+from robocal.diagnosis.covariates import Dependence
+from robocal.diagnosis.extended import FittedEffect
+from robocal.diagnosis.gain import Gain
+from robocal.formats.bundle import RejectedRow
+from robocal.identification.adequacy import Adequacy
+
+
+class Verdict(StrEnum):
+    """What the data say of the model."""
+
+    model_adequate = "model_adequate"
+    explained = "explained"
+    partly_explained = "partly_explained"
+    unknown_cause = "unknown_cause"
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """One effect that was put into the model."""
+
+    fitted: FittedEffect
+    naming: Naming
+    explained_fraction: float
+    """Share of the structure beyond noise that goes when it enters; [1]"""
+    gain: Gain
+    """On rows that chose nothing, this effect alone taken out of the final model."""
+    blocked_gain: Gain
+    """By blocked folds of the rows that chose it."""
+
+    @property
+    def in_sample_only(self) -> bool:
+        """Whether the blocked gain may be nothing."""
+        return self.blocked_gain.ci95[0] <= 0.0
+
+    @property
+    def probability(self) -> float:
+        """Of the named effect and joint."""
+        key = (self.fitted.instance.effect, self.fitted.instance.joint)
+        return sum(c.probability for c in self.naming.causes if c.key == key)
+
+
+@dataclass(frozen=True)
+class RowResiduals:
+    """Distances before and after, row by row, for pictures [m]."""
+
+    lines: Array
+    held_out: Array
+    before: Float[Array, "row"]
+    after: Float[Array, "row"]
+
+
+@dataclass(frozen=True)
+class NextPoses:
+    """Poses that would best split the leading causes."""
+
+    q: Float[Array, "pose joint"]
+    approach: Float[Array, "pose joint"]
+    between: tuple[str, str] | None
+    """The two causes they are chosen for; None where nothing is ambiguous."""
+    words: tuple[str, ...]
+    """What else would split them."""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The verdict, its evidence, and the extended model."""
+
+    verdict: Verdict
+    geometry_adequacy: Adequacy
+    """Of the geometric model alone."""
+    lack_of_fit_p: float
+    adequacy: Adequacy
+    """Of the extended model."""
+    effects: tuple[NamedEffect, ...]
+    """Most important first."""
+    outliers: tuple[RejectedRow, ...]
+    depends_on: tuple[Dependence, ...]
+    """Covariates that the remaining residual depends on."""
+    gain: Gain
+    noise_floor: float
+    """RMS distance that noise alone leaves on the rows of `gain` [m]."""
+    next_poses: NextPoses
+    residuals: RowResiduals
+    calibrated: CalibratedRobot
+    bundle_sha256: str
+    hidden: tuple[str, ...]
+    """Effects that these data cannot show, each with what would."""
+
+    @property
+    def over_noise_floor(self) -> float:
+        """RMS after, over the noise floor."""
+        return self.gain.after / self.noise_floor if self.noise_floor > 0 else float(np.inf)

@@ -1,0 +1,105 @@
+r"""What an effect is: small moves of the robot's own parameters, row by row.
+
+Every effect of the catalogue, from a yielding joint to a drifting station, changes the geometric
+parameters of a row by :math:`\delta\theta_p(row) = \sum_k D_{p,k}(row)\,c_k`: a yielding joint
+moves theta of its link, thermal growth moves a and d, a slipped nest moves the tool, a drifting
+station the base. So one Jacobian serves all, and a model with effects predicts by the same forward
+kinematics with parameters of its own for every row.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from robocal.diagnosis.circumstances import Circumstances
+
+Moves = dict[int, Float[Array, "row coefficient"]]
+"""By index of the geometric parameter: its change for a coefficient of one [m, rad]."""
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """One number of an effect."""
+
+    name: str
+    """With its unit: `compliance_rad_per_nm`."""
+    prior_std: float
+    """Physical size, one standard deviation about zero."""
+
+
+@dataclass(frozen=True)
+class Instance:
+    """An effect at a place: its arguments chosen, its coefficients open.
+
+    `joint` counts from 1. `arguments` holds what else tells it from its siblings: the order of a
+    gear, the line of a step, a time constant.
+    """
+
+    effect: str
+    joint: int | None
+    arguments: tuple[tuple[str, float], ...]
+    coefficients: tuple[Coefficient, ...]
+
+    def argument(self, name: str) -> float:
+        """One of the arguments."""
+        return dict(self.arguments)[name]
+
+    @property
+    def prior_std(self) -> Float[Array, "coefficient"]:
+        """Of all coefficients."""
+        return np.array([coefficient.prior_std for coefficient in self.coefficients])
+
+    @property
+    def title(self) -> str:
+        """For people: `gear_harmonic J2 order 100`."""
+        parts = [self.effect]
+        if self.joint is not None:
+            parts.append(f"J{self.joint}")
+        parts += [f"{name} {value:.4g}" for name, value in self.arguments]
+        return " ".join(parts)
+
+
+class Effect(Protocol):
+    """A physical effect; one a file under `effects/`."""
+
+    name: str
+    advice: str
+    """What to do at the machine, one sentence."""
+    needs: str
+    """Columns without which it cannot be seen, for people; empty if none."""
+
+    def instances(self, rows: Circumstances) -> list[Instance]:
+        """Every place where it could act, empty where the rows lack what it needs."""
+        ...
+
+    def moves(self, rows: Circumstances, instance: Instance) -> Moves:
+        """Changes of the parameters for coefficients of one."""
+        ...
+
+
+def theta(joint: int, rows: Circumstances) -> int:
+    """Index of the parameter that the reading of joint (from 1) adds to."""
+    return 5 * (joint - 1) + int(rows.robot.geometry.prismatic[joint - 1])
+
+
+def base_index(rows: Circumstances) -> int:
+    """Index of base_x."""
+    return 5 * rows.n_joints
+
+
+def tool_index(rows: Circumstances) -> int:
+    """Index of tool_x."""
+    return 5 * rows.n_joints + 6
+
+
+def column(values: Float[Array, "row"]) -> Float[Array, "row 1"]:
+    """One coefficient's changes."""
+    return np.ascontiguousarray(values)[:, None]
+
+
+def revolute_joints(rows: Circumstances) -> list[int]:
+    """Numbers of the revolute joints, from 1."""
+    return [j + 1 for j in range(rows.n_joints) if not rows.robot.geometry.prismatic[j]]

@@ -1,0 +1,1 @@
+"""One physical effect a file; `catalogue.py` beside this folder registers them."""

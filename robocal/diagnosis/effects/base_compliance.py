@@ -1,0 +1,42 @@
+"""Pedestal or base plate tilts with the overturning moment.
+
+omega = C (M_x, M_y): the whole arm turns about the horizontal axes of its base.
+"""
+
+import numpy as np
+
+from robocal.diagnosis.circumstances import Circumstances
+from robocal.diagnosis.effect import (
+    Coefficient,
+    Instance,
+    Moves,
+    base_index,
+    column,
+)
+
+PRIOR = 4e-6
+"""1 to 10 microradian a newton metre [rad/Nm]"""
+LEAST_MOMENT = 0.1
+"""[Nm]"""
+
+
+class BaseCompliance:
+    """Pedestal or base plate tilts with the overturning moment."""
+
+    name = "base_compliance"
+    advice = (
+        "tighten the bolts of the base plate, stiffen the pedestal, and put a nest on the base "
+        "plate to watch it"
+    )
+    needs = "link masses in robot.yaml, or payload_kg"
+
+    def instances(self, rows: Circumstances) -> list[Instance]:
+        """Every place where it could act."""
+        if np.ptp(rows.moment[:2]) < LEAST_MOMENT:
+            return []
+        return [Instance(self.name, None, (), (Coefficient("tilt_rad_per_nm", PRIOR),))]
+
+    def moves(self, rows: Circumstances, instance: Instance) -> Moves:
+        """Changes of the parameters for coefficients of one."""
+        first = base_index(rows)
+        return {first + 5: column(rows.moment[0]), first + 4: column(rows.moment[1])}

@@ -1,0 +1,37 @@
+"""A joint's zero jumps at one moment.
+
+delta q_j from one row on; every row is tried as the first one.
+"""
+
+from robocal.diagnosis.circumstances import Circumstances
+from robocal.diagnosis.effect import (
+    Coefficient,
+    Instance,
+    Moves,
+    column,
+    theta,
+)
+from robocal.diagnosis.steps import after_step, steps_of
+
+PRIOR = 3e-4
+"""[rad]"""
+
+
+class EncoderStep:
+    """A joint's zero jumps at one moment."""
+
+    name = "encoder_step"
+    advice = "check the encoder's cable and coupling, and master the joint again"
+    needs = ""
+
+    def instances(self, rows: Circumstances) -> list[Instance]:
+        """Every place where it could act."""
+        found: list[Instance] = []
+        for joint in range(1, rows.n_joints + 1):
+            found += steps_of(self.name, joint, (Coefficient("step_rad", PRIOR),), rows)
+        return found
+
+    def moves(self, rows: Circumstances, instance: Instance) -> Moves:
+        """Changes of the parameters for coefficients of one."""
+        assert instance.joint is not None
+        return {theta(instance.joint, rows): column(after_step(rows, instance))}

@@ -1,0 +1,49 @@
+r"""How strongly projected scores speak for a candidate.
+
+With coefficients :math:`c \sim N(0, S)` of physical size and unit noise the Bayes factor against
+"nothing more" is closed:
+
+.. math:: \log BF = \tfrac12 b^T (M + S^{-1})^{-1} b - \tfrac12 \log\det(I + S M).
+"""
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+
+def log_bayes_factor(
+    M: Float[Array, "*stack k k"],
+    b: Float[Array, "*stack k"],
+    prior_std: Float[Array, "*stack k"],
+) -> Float[Array, "*stack"]:
+    """Log Bayes factors of a stack of candidates with equally many coefficients."""
+    scaled = M * prior_std[..., :, None] * prior_std[..., None, :]
+    inner = np.eye(M.shape[-1]) + scaled
+    score = b * prior_std
+    solved = np.linalg.solve(inner, score[..., None])[..., 0]
+    fit = 0.5 * (score * solved).sum(axis=-1)
+    return np.asarray(fit - 0.5 * np.linalg.slogdet(inner)[1])
+
+
+def chi_square(
+    M: Float[Array, "*stack k k"], b: Float[Array, "*stack k"]
+) -> Float[Array, "*stack"]:
+    """Score statistic b' M^-1 b; columns that the model already spans count nothing."""
+    scale = np.sqrt(np.maximum(np.einsum("...kk->...k", M), 1e-300))
+    scaled = M / (scale[..., :, None] * scale[..., None, :])
+    values, vectors = np.linalg.eigh(scaled)
+    along = np.einsum("...kj,...k->...j", vectors, b / scale)
+    kept = values > 1e-8
+    return np.asarray((along**2 * kept / np.where(kept, values, 1.0)).sum(axis=-1))
+
+
+def log_mean_exp(values: Float[Array, "some"]) -> float:
+    """Log of the mean of exponentials, without overflow."""
+    top = values.max()
+    return float(top + np.log(np.mean(np.exp(values - top))))
+
+
+def log_sum_exp(values: Float[Array, "some"]) -> float:
+    """Log of the sum of exponentials, without overflow."""
+    top = values.max()
+    return float(top + np.log(np.sum(np.exp(values - top))))

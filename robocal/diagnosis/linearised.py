@@ -1,0 +1,130 @@
+r"""The fit at its minimum, as linear algebra: what survives projection out of the geometry.
+
+With the whitened Jacobian J of everything already in the model, the prior rows below it, and an
+orthonormal basis Q of both, a candidate has columns X (prior rows zero), and
+
+.. math:: M = X^T X - (Q^T X)^T (Q^T X), \qquad b = X^T r,
+
+are its information and score after projection, with r the whitened residual at the minimum. It is
+judged by these two alone.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from robocal.diagnosis.effect import Moves
+from robocal.identification.cell_model import CellModel
+from robocal.identification.observations import Observations
+from robocal.identification.problem import whitened_blocks
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """Whitened residual and Jacobian, scalar by scalar.
+
+    Parameters
+    ----------
+    W
+        Derivative with respect to every geometric parameter.
+    row
+        Row of each scalar.
+    free
+        Parameters that are in the fit.
+    prior_precision
+        Of those.
+    r
+        Whitened residual.
+    more
+        Columns of effects already in the model, and their prior precision.
+    """
+
+    W: Float[Array, "parameter scalar"]
+    row: Int[Array, "scalar"]
+    free: Int[Array, "free"]
+    prior_precision: Float[Array, "free"]
+    r: Float[Array, "scalar"]
+    more: Float[Array, "scalar extra"]
+    more_precision: Float[Array, "extra"]
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows."""
+        return int(self.row.max()) + 1
+
+    @cached_property
+    def known(self) -> Float[Array, "scalar column"]:
+        """Columns of everything in the model."""
+        return np.concatenate([self.W[self.free].T, self.more], axis=1)
+
+    @cached_property
+    def precision(self) -> Float[Array, "column"]:
+        """Prior precision of these columns."""
+        return np.concatenate([self.prior_precision, self.more_precision])
+
+    @cached_property
+    def basis(self) -> Float[Array, "scalar column"]:
+        """The data part of an orthonormal basis of columns and prior rows."""
+        length = np.sqrt((self.known**2).sum(axis=0) + self.precision)
+        length[length == 0.0] = 1.0
+        scaled = self.known / length
+        gram = scaled.T @ scaled + np.diag(self.precision / length**2)
+        values, vectors = np.linalg.eigh(gram)
+        kept = values > 1e-12 * values[-1]
+        return np.asarray(scaled @ (vectors[:, kept] / np.sqrt(values[kept])))
+
+    def in_units_of(self, scale: float) -> "Linearised":
+        """The same with the noise `scale` times the declared one."""
+        return Linearised(
+            W=self.W / scale,
+            row=self.row,
+            free=self.free,
+            prior_precision=self.prior_precision,
+            r=self.r / scale,
+            more=self.more / scale,
+            more_precision=self.more_precision,
+        )
+
+    def columns(self, moves: Moves) -> Float[Array, "scalar coefficient"]:
+        """Whitened effect of moves of the parameters."""
+        first = next(iter(moves.values()))
+        X = np.zeros((len(self.row), first.shape[1]))
+        for parameter, values in moves.items():
+            X += self.W[parameter][:, None] * values[self.row]
+        return X
+
+    def scored(
+        self, X: Float[Array, "scalar coefficient"]
+    ) -> tuple[Float[Array, "coefficient coefficient"], Float[Array, "coefficient"]]:
+        """Information and score of candidate columns after projection."""
+        inside = self.basis.T @ X
+        return X.T @ X - inside.T @ inside, X.T @ self.r
+
+
+def linearise(
+    cell: CellModel,
+    rows: Observations,
+    free: Int[Array, "free"],
+    prior_precision: Float[Array, "free"],
+) -> Linearised:
+    """Residual and Jacobian of the robot's parameters at a fitted cell, in row order."""
+    everything = np.arange(len(cell.names))
+    parts_W, parts_r, parts_row = [], [], []
+    for block in whitened_blocks(cell, rows, everything):
+        parts_W.append(block.J)
+        parts_r.append(block.r)
+        parts_row.append(np.tile(block.rows, block.components))
+    row = np.concatenate(parts_row)
+    order = np.argsort(row, kind="stable")
+    return Linearised(
+        W=np.concatenate(parts_W, axis=1)[:, order],
+        row=row[order],
+        free=free,
+        prior_precision=prior_precision,
+        r=np.concatenate(parts_r)[order],
+        more=np.zeros((len(row), 0)),
+        more_precision=np.zeros(0),
+    )

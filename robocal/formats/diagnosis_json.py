@@ -1,0 +1,100 @@
+"""`diagnosis.json`: what the model gets wrong and why, in file units."""
+
+from robocal.diagnosis.causes import Cause
+from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
+from robocal.diagnosis.gain import Gain
+
+NEXT_POSES = "next_poses.csv"
+
+
+def diagnosis_document(diagnosis: Diagnosis) -> dict[str, object]:
+    """The document that the contract describes."""
+    adequacy = diagnosis.adequacy
+    return {
+        "verdict": diagnosis.verdict.value,
+        "lack_of_fit": {
+            "statistic": diagnosis.geometry_adequacy.reduced_chi_square,
+            "p_value": diagnosis.lack_of_fit_p,
+        },
+        "effects": [_effect(named) for named in diagnosis.effects],
+        "data_faults": _faults(diagnosis),
+        "depends_on": [
+            {"covariate": found.covariate, "p_value": found.p_value}
+            for found in diagnosis.depends_on
+        ],
+        "gain": _gain(diagnosis.gain),
+        "noise_floor_mm": diagnosis.noise_floor * 1e3,
+        "over_noise_floor": diagnosis.over_noise_floor,
+        "adequacy": {
+            "verdict": "adequate" if adequacy.adequate else "inadequate",
+            "reduced_chi_square": adequacy.reduced_chi_square if adequacy.nu > 0 else None,
+            "band99": [adequacy.low, adequacy.high] if adequacy.nu > 0 else None,
+        },
+        "hidden": list(diagnosis.hidden),
+        "next_poses": NEXT_POSES if len(diagnosis.next_poses.q) else None,
+        "next_steps": {
+            "between": list(diagnosis.next_poses.between or ()),
+            "words": list(diagnosis.next_poses.words),
+        },
+        "bundle_sha256": diagnosis.bundle_sha256,
+    }
+
+
+def _effect(named: NamedEffect) -> dict[str, object]:
+    instance = named.fitted.instance
+    document: dict[str, object] = {"effect": instance.effect}
+    if instance.joint is not None:
+        document["joint"] = instance.joint
+    document |= _arguments(dict(instance.arguments))
+    document |= {
+        "probability": named.probability,
+        "parameters": {
+            coefficient.name: {"value": float(value), "std": float(std)}
+            for coefficient, value, std in zip(
+                instance.coefficients, named.fitted.values, named.fitted.std, strict=True
+            )
+        },
+        "explained_fraction": named.explained_fraction,
+        "confusable_with": [
+            _cause(cause)
+            for cause in named.naming.causes
+            if cause.key != (instance.effect, instance.joint)
+        ],
+        "gain": _gain(named.gain),
+        "blocked_gain": _gain(named.blocked_gain),
+        "in_sample_only": named.in_sample_only,
+    }
+    return document
+
+
+def _arguments(arguments: dict[str, float]) -> dict[str, object]:
+    """Lines and joints as whole numbers."""
+    whole = ("line", "driven_by")
+    return {
+        name: int(value) if name in whole else float(value) for name, value in arguments.items()
+    }
+
+
+def _cause(cause: Cause) -> dict[str, object]:
+    document: dict[str, object] = {"effect": cause.instance.effect}
+    if cause.instance.joint is not None:
+        document["joint"] = cause.instance.joint
+    return (
+        document | _arguments(dict(cause.instance.arguments)) | {"probability": cause.probability}
+    )
+
+
+def _gain(gain: Gain) -> dict[str, object]:
+    return {
+        "held_out_rms_before_mm": gain.before * 1e3,
+        "held_out_rms_after_mm": gain.after * 1e3,
+        "reduction": gain.reduction,
+        "ci95": list(gain.ci95),
+    }
+
+
+def _faults(diagnosis: Diagnosis) -> list[dict[str, object]]:
+    """Faults of the data, not of the robot."""
+    if not diagnosis.outliers:
+        return []
+    return [{"fault": "outlier", "lines": [row.line for row in diagnosis.outliers]}]

@@ -1,7 +1,7 @@
-"""Rigid motions of the true cell as plain 4x4 matrices.
+"""Rigid motions of the true cell as plain 4x4 matrices, one or a stack of them.
 
 Written on its own, from the textbook, so that a sign error in the calibration's kinematics cannot
-cancel against the same error here.
+cancel against the same error here. Angles and shifts may be arrays: the matrices stack like them.
 """
 
 import math
@@ -11,31 +11,44 @@ import numpy as np
 from numpy.typing import NDArray
 
 Matrix = NDArray[np.float64]
+Scalars = float | NDArray[np.float64]
 
 
-def translation(x: float, y: float, z: float) -> Matrix:
+def translation(x: Scalars, y: Scalars, z: Scalars) -> Matrix:
     """Shift by (x, y, z) [m]."""
-    T = np.eye(4)
-    T[:3, 3] = (x, y, z)
+    T = _unit(np.broadcast(x, y, z).shape)
+    T[..., 0, 3], T[..., 1, 3], T[..., 2, 3] = x, y, z
     return T
 
 
-def turn_x(angle: float) -> Matrix:
+def turn_x(angle: Scalars) -> Matrix:
     """Turn about x by `angle` [rad]."""
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]])
+    return _plane_turn(angle, 1, 2)
 
 
-def turn_y(angle: float) -> Matrix:
+def turn_y(angle: Scalars) -> Matrix:
     """Turn about y by `angle` [rad]."""
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1]])
+    return _plane_turn(angle, 2, 0)
 
 
-def turn_z(angle: float) -> Matrix:
+def turn_z(angle: Scalars) -> Matrix:
     """Turn about z by `angle` [rad]."""
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    return _plane_turn(angle, 0, 1)
+
+
+def _plane_turn(angle: Scalars, first: int, second: int) -> Matrix:
+    """Turn the first axis towards the second."""
+    c, s = np.cos(angle), np.sin(angle)
+    T = _unit(np.shape(angle))
+    T[..., first, first], T[..., first, second] = c, -s
+    T[..., second, first], T[..., second, second] = s, c
+    return T
+
+
+def _unit(shape: tuple[int, ...]) -> Matrix:
+    T = np.zeros((*shape, 4, 4))
+    T[..., range(4), range(4)] = 1.0
+    return T
 
 
 @dataclass(frozen=True)
@@ -54,13 +67,23 @@ class Frame:
 
 def small_turn(rotation: Matrix) -> Matrix:
     """3x3 rotation by the rotation vector `rotation` [rad] (Rodrigues)."""
-    angle = float(np.linalg.norm(rotation))
-    x, y, z = rotation
-    skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    angle = np.linalg.norm(rotation, axis=-1)[..., None, None]
+    x, y, z = np.moveaxis(np.asarray(rotation), -1, 0)
+    skew = np.zeros((*np.shape(x), 3, 3))
+    skew[..., 0, 1], skew[..., 0, 2], skew[..., 1, 2] = -z, y, -x
+    skew[..., 1, 0], skew[..., 2, 0], skew[..., 2, 1] = z, -y, x
     # np.sinc(t) is sin(pi t) / (pi t): no division by a zero angle.
     first = np.sinc(angle / math.pi)
     second = 0.5 * np.sinc(angle / (2 * math.pi)) ** 2
     return np.asarray(np.eye(3) + first * skew + second * skew @ skew)
+
+
+def small_motion(shift: Matrix, rotation: Matrix) -> Matrix:
+    """Homogeneous transform of a shift [m] after a turn by a rotation vector [rad]."""
+    T = _unit(np.broadcast_shapes(np.shape(shift)[:-1], np.shape(rotation)[:-1]))
+    T[..., :3, :3] = small_turn(rotation)
+    T[..., :3, 3] = shift
+    return T
 
 
 def quaternion(R: Matrix) -> tuple[float, float, float, float]:

@@ -1,11 +1,13 @@
-"""Kinematics and gravity of the true arm, by products of elementary 4x4 matrices.
+"""Kinematics of the true arm, by products of elementary 4x4 matrices, for one row or many.
 
 Link convention: Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta); joint i moves theta (revolute) or d
-(prismatic). Link i's own frame is the one behind joint i.
+(prismatic). Link i's own frame is the one behind joint i. Joints may be a stack of rows, and so may
+the link constants: `...` below stands for the rows, none for a single pose.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +23,7 @@ STANDARD_GRAVITY = 9.80665
 
 @dataclass(frozen=True)
 class LinkTable:
-    """Link constants of an arm, one entry a joint: lengths [m], angles [rad]."""
+    """Link constants of an arm, one entry a joint: lengths [m], angles [rad]; (..., joint)."""
 
     theta: Vector
     d: Vector
@@ -49,48 +51,35 @@ class MassPoint:
     """[m]"""
 
 
-def link_transform(table: LinkTable, joint: int, q: float) -> Matrix:
+def link_transform(table: LinkTable, joint: int, q: Vector) -> Matrix:
     """Transform across one joint and its link, joints counted from 0 here."""
-    theta, d = float(table.theta[joint]), float(table.d[joint])
+    theta, d = table.theta[..., joint], table.d[..., joint]
     theta, d = (theta, d + q) if table.prismatic[joint] else (theta + q, d)
-    return (
+    return np.asarray(
         turn_z(theta)
         @ translation(0.0, 0.0, d)
-        @ translation(float(table.a[joint]), 0.0, 0.0)
-        @ turn_x(float(table.alpha[joint]))
-        @ turn_y(float(table.beta[joint]))
+        @ translation(table.a[..., joint], 0.0, 0.0)
+        @ turn_x(table.alpha[..., joint])
+        @ turn_y(table.beta[..., joint])
     )
 
 
-def link_frames(table: LinkTable, q: Vector) -> list[Matrix]:
-    """Poses of the base (first), every link, the flange (last) in the base frame."""
-    frames = [np.eye(4)]
-    for joint in range(table.n_joints):
-        frames.append(frames[-1] @ link_transform(table, joint, float(q[joint])))
-    return frames
-
-
-def gravity_loads(
-    table: LinkTable, q: Vector, bodies: list[tuple[int, MassPoint]], gravity: Vector
-) -> Vector:
-    """Generalised force of gravity on every joint: torque [N m], force [N] if prismatic.
+def link_frames(
+    table: LinkTable, q: Vector, flexures: Mapping[int, Matrix] | None = None
+) -> list[Matrix]:
+    """Poses of the base (first), every link, the flange (last) in the base frame.
 
     Parameters
     ----------
     table, q
-        The arm and its joints.
-    bodies
-        Each mass with the number of the frame of `link_frames` that carries it.
-    gravity
-        Acceleration in the base frame [m/s2].
+        The arm and its joints, (..., joint).
+    flexures
+        By number of a frame of this list: a small motion in that frame, after which the arm goes
+        on.
     """
-    frames = link_frames(table, q)
-    loads = np.zeros(table.n_joints)
-    for carrier, body in bodies:
-        weight = body.mass_kg * gravity
-        centre = (frames[carrier] @ np.array([*body.com, 1.0]))[:3]
-        for joint in range(carrier):
-            axis, origin = frames[joint][:3, 2], frames[joint][:3, 3]
-            pull = weight if table.prismatic[joint] else np.cross(centre - origin, weight)
-            loads[joint] += axis @ pull
-    return loads
+    bent = flexures or {}
+    frames: list[Matrix] = [np.eye(4) @ bent.get(0, np.eye(4))]
+    for joint in range(table.n_joints):
+        frame = frames[-1] @ link_transform(table, joint, q[..., joint])
+        frames.append(frame @ bent[joint + 1] if joint + 1 in bent else frame)
+    return frames

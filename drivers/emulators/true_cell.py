@@ -17,12 +17,14 @@ import numpy as np
 from drivers.emulators import motion
 from drivers.emulators.clock import WorldClock
 from drivers.emulators.drawing import disturbed_links, draw_base, draw_tool
-from drivers.emulators.effect import Circumstances, Effect, Load
+from drivers.emulators.effect import Effect
 from drivers.emulators.effects import read_effect
+from drivers.emulators.hidden_cell import HiddenCell
 from drivers.emulators.records import WorldError
 from drivers.emulators.rigid import Frame, Matrix, quaternion, small_turn
 from drivers.emulators.robot_file import NominalRobot, read_masses, read_robot
-from drivers.emulators.true_arm import STANDARD_GRAVITY, Vector, link_frames
+from drivers.emulators.stance import Circumstances, Load
+from drivers.emulators.true_arm import STANDARD_GRAVITY, Vector
 from drivers.emulators.world_config import WorldConfig
 
 SAFETY_WORDS = (
@@ -77,8 +79,10 @@ class TrueCell:
         self._scatter = np.random.default_rng(scatter)
         self._arrival_error = np.zeros(self.table.n_joints)
         self._last_motion = (0,) * self.table.n_joints
+        self._last_speed = 0.0
         self._readings = 0
         self._segment = motion.at_rest(_start(config, self.nominal), self.clock.now())
+        self._stops = [self._segment.target]
 
     def joints(self) -> tuple[float, ...]:
         """Joint readings of the controller now."""
@@ -97,6 +101,8 @@ class TrueCell:
         self._check_target(target, speed, acceleration)
         here = self.joints()
         self._segment = motion.move(here, target, self.clock.now(), speed, acceleration)
+        self._last_speed = speed
+        self._stops.append(target)
         self._last_motion = tuple(
             int(np.sign(b - a)) or before
             for a, b, before in zip(here, target, self._last_motion, strict=True)
@@ -124,6 +130,7 @@ class TrueCell:
         if not deceleration > 0.0:
             raise WorldError("bad_request", "The deceleration must be > 0.")
         self._segment = motion.stop(self._segment, self.clock.now(), deceleration)
+        self._stops[-1] = self._segment.target
         return self._segment
 
     def abandon(self, client: int) -> None:
@@ -163,32 +170,39 @@ class TrueCell:
         noise = self.config.noise
         growing = noise.ppm * 1e-6 * float(np.linalg.norm(T[:3, 3]))
         sigma = math.hypot(noise.position_mm * 1e-3, growing)
-        position = T[:3, 3] + self._noise.normal(0.0, sigma, 3)
+        position = self.hidden().seen(T) + self._noise.normal(0.0, sigma, 3)
         turn = small_turn(self._noise.normal(0.0, noise.orientation_mrad * 1e-3, 3))
         x, y, z = (float(v) for v in position)
         return TargetReading((x, y, z), quaternion(turn @ T[:3, :3]), now)
 
+    def hidden(self) -> HiddenCell:
+        """Return the cell as the effects of this moment make it."""
+        return HiddenCell(
+            self.table, self.base.matrix(), self.tool.matrix(), self.load, self.effects
+        )
+
     def true_joints(self, q: Vector, now: Circumstances) -> Vector:
         """Joint positions that the arm really has at these readings."""
-        errors = (effect.joint_error(self.table, self.load, q, now) for effect in self.effects)
-        return q + self._arrival_error + sum(errors, np.zeros(self.table.n_joints))
+        return self.hidden().true_joints(q, now) + self._arrival_error
 
     def target_pose(self, q: Vector, time_s: float) -> Matrix:
         """Where the target truly is in the tracker's frame at these joint readings."""
-        now = self.circumstances(time_s)
-        table, base, tool = self.table, self.base.matrix(), self.tool.matrix()
-        for effect in self.effects:
-            table, base, tool = (
-                effect.links(table, now),
-                effect.base(base, now),
-                effect.tool(tool, now),
-            )
-        return np.asarray(base @ link_frames(table, self.true_joints(q, now))[-1] @ tool)
+        return self.hidden().target_pose(q, self.circumstances(time_s), self._arrival_error)
 
     def circumstances(self, time_s: float) -> Circumstances:
         """Everything that effects may depend on, at a world time."""
+        segment = self._segment
         return Circumstances(
-            time_s, self.temperature_degc(), self.payload_kg, self._readings, self._last_motion
+            time_s=np.array(time_s),
+            temperature_degc=np.array(self.temperature_degc()),
+            payload_kg=np.array(self.payload_kg),
+            readings=np.array(self._readings, dtype=float),
+            last_motion=np.array(self._last_motion, dtype=float),
+            last_move=np.array(segment.target) - np.array(segment.start),
+            speed=np.array(self._last_speed),
+            settled_s=np.array(max(time_s - segment.start_s - segment.duration_s, 0.0)),
+            stops=np.array(self._stops),
+            stop=np.array(len(self._stops) - 1),
         )
 
     def _read_effects(self, entries: tuple[Mapping[str, Any], ...]) -> tuple[Effect, ...]:

@@ -112,7 +112,7 @@ def truth(cell: TrueCell, request: Request) -> Reply:
     """Open the sealed truth; with `joints`, the target's true pose at those readings."""
     now = cell.circumstances(cell.clock.now())
     q = np.array(request.get("joints", cell.joints()), dtype=float)
-    T = cell.target_pose(q, now.time_s)
+    T = cell.target_pose(q, float(now.time_s))
     table = cell.table
     return {
         "theta": table.theta.tolist(),
@@ -123,7 +123,7 @@ def truth(cell: TrueCell, request: Request) -> Reply:
         "base": asdict(cell.base),
         "tool": asdict(cell.tool),
         "effects": [repr(effect) for effect in cell.effects],
-        "circumstances": asdict(now),
+        "circumstances": {name: np.asarray(value).tolist() for name, value in asdict(now).items()},
         "joints": q.tolist(),
         "true_joints": cell.true_joints(q, now).tolist(),
         "position": T[:3, 3].tolist(),

@@ -8,13 +8,14 @@ References
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
 
+@runtime_checkable
 class Distribution(Protocol):
     """What is known of one input quantity, in any one unit."""
 

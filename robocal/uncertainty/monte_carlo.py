@@ -6,6 +6,7 @@ uncertainty and interval ends is below the numerical tolerance of each output.
 References
 ----------
 .. [1] JCGM 101:2008, 7.9.4.
+.. [2] G. Wuebbeler, P. M. Harris, M. G. Cox, C. Elster, Metrologia 47 (2010) 317-324.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,6 +27,8 @@ from robocal.uncertainty.propagation import COVERAGE, Function
 
 BLOCK = 10_000
 """Least number of draws in a block: JCGM 101, 7.9.4 b"""
+_FEWEST_BLOCKS = 5
+"""The procedure allows two, whose own scatter now and then is small by luck; [2]"""
 
 Draws = Callable[[np.random.Generator, int], Float[Array, "output draw"]]
 
@@ -57,8 +60,8 @@ class Stopping:
     digits
         Significant digits of the standard uncertainty that must not change.
     share
-        Of the numerical tolerance that is to be met; a fifth where the draws are to judge the law
-        of propagation (JCGM 101, 8.2).
+        Of the numerical tolerance that is to be met; less than one where the draws are to judge
+        the law of propagation (JCGM 101, 8.2).
     most_blocks
         Blocks at most; fewer draws than the tolerance asks for are reported, not hidden.
     """
@@ -91,7 +94,7 @@ def sample_adaptively(
     while not stable and len(parts) < stopping.most_blocks:
         parts.append(draws(block_generator(seed, len(parts)), size))
         figures.append(_figures(parts[-1], stopping.coverage))
-        stable = len(parts) > 1 and _is_stable(figures, stopping)
+        stable = len(parts) >= _FEWEST_BLOCKS and _is_stable(figures, stopping)
     return _summary(np.concatenate(parts, axis=1), stopping.coverage, stable=stable)
 
 

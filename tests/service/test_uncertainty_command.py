@@ -1,0 +1,66 @@
+"""`robocal uncertainty`: what it prints and writes, and what it refuses."""
+
+import json
+
+import pytest
+
+
+def test_it_prints_the_budget_the_tool_and_whether_to_believe_it(call, sound_bundle, tmp_path):
+    status, printed, _ = call("uncertainty", sound_bundle, "--out", tmp_path, "--draws", 1000)
+    assert status == 0
+    for words in (
+        "instrument, fixed part",
+        "tool position, 48 poses",
+        "over the workspace",
+        "simulated campaigns fitted again",
+        "nothing in the data speaks against",
+    ):
+        assert words in printed
+    document = json.loads((tmp_path / "uncertainty.json").read_text())
+    assert document["intervals"]["hold"] is True
+    assert document["draws"] == 1000
+    assert len(document["poses"]) == 48
+    assert document["workspace"]["cubes"]
+
+
+def test_it_tells_the_tools_uncertainty_at_commanded_poses(call, sound_bundle, tmp_path):
+    poses = tmp_path / "poses.csv"
+    poses.write_text(
+        "j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg\n10,-60,80,-20,40,5\n0,-90,90,0,30,0\n"
+    )
+    status, printed, _ = call(
+        "uncertainty", sound_bundle, "--poses", poses, "--out", tmp_path, "--draws", 1000,
+        "--refits", 0, "--json",
+    )  # fmt: skip
+    assert status == 0
+    document = json.loads(printed)
+    assert [row["line"] for row in document["poses"]] == [2, 3]
+    assert document["refits"] is None
+    assert all(0 < row["U95_mm"] < 1 for row in document["poses"])
+
+
+@pytest.mark.parametrize(
+    ("budget", "complaint"),
+    [
+        ("{target_sigma_mm: -1}", "field 'budget.target_sigma_mm' must not be negative"),
+        ("{temperature_sigma_degc: 1}", "field 'budget.expansion_ppm_per_degc' is missing"),
+        ("{readings: some}", "field 'budget.readings' must be declared or repeats"),
+        ("{target_sigma: 1}", "did you mean 'target_sigma_mm'"),
+    ],
+)
+def test_a_wrong_budget_is_named_by_file_line_and_field(call, bundle, tmp_path, budget, complaint):
+    file = bundle / "campaign.yaml"
+    file.write_text(file.read_text() + f"budget: {budget}\n")
+    status, _, error = call("uncertainty", bundle, "--out", tmp_path)
+    assert status == 2
+    assert error.startswith("robocal: campaign.yaml line ")
+    assert complaint in error
+    assert error.count("\n") == 1
+
+
+def test_scatter_from_repeats_that_are_not_there_is_no_answer(call, bundle, tmp_path):
+    file = bundle / "campaign.yaml"
+    file.write_text(file.read_text() + "budget: {readings: repeats}\n")
+    status, _, error = call("uncertainty", bundle, "--out", tmp_path)
+    assert status == 3
+    assert "measure repeats or write declared" in error

@@ -61,7 +61,7 @@ class Cell:
     """Of the capsules that stand for the links; None: `RADIUS_SHARE` of the arm's length [m]."""
     station: Station | None = None
     noise: InstrumentNoise = PLANNED_NOISE
-    """Of one reading; what the robot does not repeat belongs into its fixed part."""
+    """Of one reading, what the robot does not repeat included."""
     sees_orientation: bool = False
     workspace: Box | None = None
     """Where the tool's uncertainty counts; None: wherever the target may be."""

@@ -12,10 +12,12 @@
       facing: [0, 0, 1]                 # where the target looks, in its own frame
       acceptance_deg: 30
     instrument: {sigma_mm: 0.015, sigma_ppm: 6, sigma_mrad: 0.05, sees: position}   # or pose
+    repeatability: {sigma_mm: 0.01, sigma_mrad: 0.02}   # of the robot
     workspace_mm: {low: [..], high: [..]}   # where the tool's uncertainty counts
     payloads_kg: [0, 5]
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +39,7 @@ def read_cell(path: Path) -> Cell:
         Naming line and field.
     """
     fields = read_fields(path)
-    noise, sees_orientation = _instrument(fields)
+    noise, sees_orientation = _noise(fields)
     cell = Cell(
         target=_point(fields, "target_mm") if "target_mm" in fields else Cell.target,
         box=_box(fields, "box_mm"),
@@ -99,6 +101,21 @@ def _station(fields: Fields) -> Station | None:
     acceptance = tracker.number("acceptance_deg", Station.acceptance / _DEG) * _DEG
     tracker.finish()
     return Station(position, nearest, farthest, facing, acceptance)
+
+
+def _noise(fields: Fields) -> tuple[InstrumentNoise, bool]:
+    noise, sees_orientation = _instrument(fields)
+    if "repeatability" not in fields:
+        return noise, sees_orientation
+    stated = fields.mapping("repeatability")
+    position, orientation = stated.number("sigma_mm"), stated.number("sigma_mrad", 0.0)
+    if min(position, orientation) < 0:
+        raise stated.error("sigma_mm", "and sigma_mrad must not be negative")
+    stated.finish()
+    repeated = replace(
+        noise, repeatability=position * _MM, orientation_repeatability=orientation * 1e-3
+    )
+    return repeated, sees_orientation
 
 
 def _instrument(fields: Fields) -> tuple[InstrumentNoise, bool]:

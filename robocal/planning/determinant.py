@@ -63,10 +63,11 @@ class DeterminantSet:
             self.restart(self.chosen)
             return
         rows = self._J[[*leaving, *coming]].reshape(-1, self._J.shape[2])
-        sign = np.repeat([-1.0, 1.0], [len(leaving) * self._shape[0], len(coming) * self._shape[0]])
+        sign = np.ones(len(rows))
+        sign[: len(leaving) * self._shape[0]] = -1.0
         seen = rows @ self._inverse
         grown = sign[:, None] * (seen @ rows.T)
-        grown[np.diag_indices(len(rows))] += 1.0
+        grown.ravel()[:: len(rows) + 1] += 1.0
         self._logdet += float(np.linalg.slogdet(grown)[1])
         solved = np.linalg.inv(grown) * sign
         self._inverse -= seen.T @ (solved @ seen)
@@ -88,27 +89,31 @@ class DeterminantSet:
             without = information(self._J, (*self._chosen, added)) - np.swapaxes(J, 1, 2) @ J
             return int(members[np.argmax(np.linalg.slogdet(without)[1])])
         seen = self._J[added] @ self._inverse
-        across = self._J[members] @ seen.T  # (member, row, row of the added pose)
-        solved = np.linalg.inv(self._eye + self._S[:, :, added])
-        S = self._S[:, :, members] - np.einsum("nac,cd,nbd->abn", across, solved, across)
-        return int(members[np.argmax(_determinants(-S))])
+        shape = (-1, self._shape[0], len(members))
+        across = seen @ self._columns.reshape(-1, *self._shape)[:, :, members].reshape(
+            len(seen.T), -1
+        )
+        turned = np.linalg.inv(self._eye + self._S[:, :, added]) @ across
+        S = np.einsum("can,cbn->abn", across.reshape(shape), turned.reshape(shape))
+        S -= self._S[:, :, members]
+        return int(members[np.argmax(_determinants(S))])
 
     def value(self) -> float:
         """Logarithm of the determinant."""
         return self._logdet
 
     def _is_small(self) -> bool:
-        return len(self._chosen) * self._shape[0] < _UPDATED * len(self._inverse)
+        return bool(len(self._chosen) * self._shape[0] < _UPDATED * len(self._inverse))
 
 
 def _determinants(S: Float[Array, "row row pose"]) -> Float[Array, "pose"]:
     """Determinants of I + S for every pose, by elimination (I + S is positive definite)."""
     A = S.copy()
     n_rows = len(A)
-    diagonal = np.arange(n_rows)
-    A[diagonal, diagonal] += 1.0
+    for k in range(n_rows):
+        A[k, k] += 1.0
     product = A[0, 0].copy()
     for k in range(1, n_rows):
-        A[k:, k:] -= A[k:, k - 1, None] * (A[None, k - 1, k:] / A[k - 1, k - 1])
+        A[k:, k:] -= A[k:, k - 1, None] * (A[k - 1, k:] / A[k - 1, k - 1])
         product *= A[k, k]
     return np.asarray(product)

@@ -62,7 +62,7 @@ def shortest_order(times: Float[Array, "pose pose"], start: int = 0) -> Int[Arra
     return order
 
 
-def duration(order: Int[Array, "pose"], times: Float[Array, "pose pose"]) -> float:
+def duration(order: Int[Array, "visit"], times: Float[Array, "pose pose"]) -> float:
     """Travel time of an order of visits [s]."""
     return float(times[order[:-1], order[1:]].sum())
 

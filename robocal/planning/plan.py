@@ -30,7 +30,7 @@ class Plan:
     request: PlanRequest
     rows: PoseRows
     candidates: Float[Array, "candidate joint"]
-    chosen: Int[Array, "pose"]
+    chosen: Int[Array, "chosen"]
     visits: Visits
     curve: IndexCurve
     indices: dict[str, float]

@@ -64,7 +64,7 @@ def pose_rows(robot: Robot, cell: Cell, q: Float[Array, "pose joint"]) -> PoseRo
     position = forward_kinematics(model, q)[:, :3, 3]
     J = _position_and_rotation(model, q)
     J[:, :3] /= noise.position_std(position - np.array(station))[:, None, None]
-    J[:, 3:] /= noise.orientation
+    J[:, 3:] /= noise.orientation_std()
     J = J if cell.sees_orientation else J[:, :3]
     some = J[:_STRUCTURE_POSES].reshape(-1, model.n_parameters)
     unbounded = np.full(model.n_parameters, np.inf)

@@ -39,7 +39,7 @@ def arrange_visits(
     request: PlanRequest,
     rows: PoseRows,
     candidates: Float[Array, "candidate joint"],
-    chosen: Int[Array, "pose"],
+    chosen: Int[Array, "chosen"],
 ) -> Visits:
     """Visits of the chosen candidates, as the request wants them.
 

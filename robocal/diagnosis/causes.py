@@ -53,6 +53,13 @@ class Naming:
         return tuple(kept)
 
 
+def itself_or_nothing(instance: Instance, evidence: float) -> Naming:
+    """For the smallest of many effects: weighed against nothing, not against the catalogue."""
+    odds = np.log(P_NONE / (1.0 - P_NONE)) - evidence
+    none = float(1.0 / (1.0 + np.exp(-np.clip(odds, -700.0, 700.0))))
+    return Naming((Cause(instance, 1.0 - none),), none)
+
+
 def name_cause(rows: Circumstances, found: JointFit, position: int) -> Naming:
     """Posterior over the catalogue for the place of one effect."""
     rest = without(found, position)

@@ -9,7 +9,7 @@ from scipy.special import gammaincc
 
 from robocal.calibrated import CalibratedRobot, Provenance
 from robocal.diagnosis.catalogue import EFFECTS
-from robocal.diagnosis.causes import name_cause
+from robocal.diagnosis.causes import itself_or_nothing, name_cause
 from robocal.diagnosis.circumstances import Circumstances, Reference, circumstances
 from robocal.diagnosis.covariates import SIGNIFICANT, Dependence, dependences
 from robocal.diagnosis.diagnosis import (
@@ -40,6 +40,8 @@ _NULL_ROWS = 300
 _MOST_SMALL, _MOST_LARGE = 10, 60
 """Effects at most, with few and with many rows; [1]"""
 _MANY_ROWS = 600
+_MOST_NAMED = 10
+"""Effects, the largest first, whose place is weighed against the whole catalogue; [1]"""
 
 
 @dataclass(frozen=True)
@@ -176,18 +178,23 @@ def _named(
     folds = blocks_of(measured.pose[used])
     full = row_sizes(found.judged, left_out_residuals(found.judged, folds))
     structure = max(geometric.chi_square - found.chi_square, 1e-300)
+    now = float(found.judged.r @ found.judged.r)
+    rests = [without(found, position) for position in range(len(found.effects))]
+    dropped = [float(rest.r @ rest.r - now) * found.scale**2 for rest in rests]
+    evidence = found.evidence_of_effects()
+    leading = set(np.argsort(dropped)[::-1][:_MOST_NAMED].tolist())
     named = []
-    for position, fitted in enumerate(found.effects):
-        rest = without(found, position)
-        dropped = float(rest.r @ rest.r - found.judged.r @ found.judged.r) * found.scale**2
+    for position, (fitted, rest) in enumerate(zip(found.effects, rests, strict=True)):
         less = row_sizes(rest, left_out_residuals(rest, folds))
         others = found.effects[:position] + found.effects[position + 1 :]
         lacking = _distances(measured, everything, found, others)
         named.append(
             NamedEffect(
                 fitted=fitted,
-                naming=name_cause(rows, found, position),
-                explained_fraction=min(max(dropped / structure, 0.0), 1.0),
+                naming=name_cause(rows, found, position)
+                if position in leading
+                else itself_or_nothing(fitted.instance, float(evidence[position])),
+                explained_fraction=min(max(dropped[position] / structure, 0.0), 1.0),
                 gain=gain_of(lacking[judged], after[judged], measured.pose[judged]),
                 blocked_gain=gain_of(less, full, measured.pose[used]),
             )

@@ -40,12 +40,18 @@ class JointFit:
         Of the free geometric parameters and all coefficients, in this order.
     fit
         Linear algebra at the minimum, effects among the known columns.
+    gram
+        Information of the data on the same unknowns, in declared noise.
+    pull
+        What the priors pull at the minimum, unknown by unknown.
     """
 
     cell: CellModel
     effects: tuple[FittedEffect, ...]
     covariance: Float[Array, "unknown unknown"]
     fit: Linearised
+    gram: Float[Array, "unknown unknown"]
+    pull: Float[Array, "unknown"]
 
     @property
     def chi_square(self) -> float:
@@ -65,6 +71,30 @@ class JointFit:
         alarm, and where structure is plentiful selection ends when it is within the remainder.
         """
         return float(np.sqrt(max(1.0, self.chi_square / self.nu))) if self.nu > 0 else 1.0
+
+    def evidence_of_effects(self) -> Float[Array, "effect"]:
+        r"""Log Bayes factor of each effect given all the others.
+
+        By the density ratio of Savage and Dickey: prior over posterior density of its coefficients
+        at zero, in units of the noise that candidates are judged by.
+        """
+        weight = self.scale**-2.0
+        precision = self.fit.precision
+        covariance = _inverse(weight * self.gram + np.diag(precision))
+        moved = covariance @ (self.pull * (weight - 1.0))
+        n_free = len(self.fit.free)
+        values = np.concatenate([f.values for f in self.effects] or [np.zeros(0)])
+        values = values + moved[n_free:]
+        found, first = [], 0
+        for fitted in self.effects:
+            part = slice(first, first + len(fitted.instance.coefficients))
+            C = covariance[n_free:, n_free:][part, part]
+            c = values[part]
+            prior = 2.0 * np.log(fitted.instance.prior_std).sum()
+            fit = float(c @ np.linalg.solve(C, c))
+            found.append(0.5 * (fit + np.linalg.slogdet(C)[1] - prior))
+            first = part.stop
+        return np.array(found)
 
     @cached_property
     def judged(self) -> Linearised:
@@ -102,9 +132,8 @@ def fit_jointly(
         [known.get(i, np.zeros(len(i.coefficients))) for i in instances] or [np.zeros(0)]
     )
     A = fit.known
-    hessian = A.T @ A + np.diag(fit.precision)
-    scale = 1.0 / np.sqrt(np.diag(hessian))
-    covariance = np.linalg.inv(hessian * np.outer(scale, scale)) * np.outer(scale, scale)
+    gram = A.T @ A
+    covariance = _inverse(gram + np.diag(fit.precision))
     std = np.sqrt(np.diag(covariance))
     n_free = len(problem.free)
     x = np.concatenate([start.vector[problem.free], coefficients])
@@ -120,7 +149,15 @@ def fit_jointly(
     cell = _with_free(start, problem, x[:n_free])
     effects = _fitted(instances, x[n_free:], covariance[n_free:, n_free:])
     r = whitened_residual(cell, problem.rows, rows, effects)
-    return JointFit(cell, effects, covariance, replace(fit, r=r))
+    pull = fit.precision * (x - centre)
+    return JointFit(cell, effects, covariance, replace(fit, r=r), gram, pull)
+
+
+def _inverse(hessian: Float[Array, "n n"]) -> Float[Array, "n n"]:
+    """Through its scaled form: unknowns are in m, rad and whatever effects come in."""
+    scale = 1.0 / np.sqrt(np.diag(hessian))
+    scaled = np.linalg.inv(hessian * np.outer(scale, scale))
+    return np.asarray(0.5 * (scaled + scaled.T) * np.outer(scale, scale))
 
 
 def effect_columns(

@@ -23,7 +23,7 @@ from robocal.identification.strategy import Problem
 
 _ALIKE = 0.3
 """Candidates of one round must be less alike than this (cosine after projection); [1]"""
-_ROUND_SHARE = 0.2
+_ROUND_SHARE = 0.05
 """Candidates of one round need this share of the best one's evidence; [1]"""
 _CERTAIN = 30.0
 """Only rounds with this much evidence take several candidates at once; [1]"""
@@ -79,22 +79,13 @@ def without(found: JointFit, position: int) -> Linearised:
     return replace(rest, r=r - rest.basis @ (rest.basis.T @ r))
 
 
-def needed(found: JointFit, position: int) -> float:
-    """Log Bayes factor of one effect given all the others."""
-    rest = without(found, position)
-    first = sum(len(f.instance.coefficients) for f in found.effects[:position])
-    instance = found.effects[position].instance
-    X = found.judged.more[:, first : first + len(instance.coefficients)]
-    M, b = rest.scored(X)
-    return float(log_bayes_factor(M, b, instance.prior_std))
-
-
 def _still_needed(found: JointFit, threshold: float) -> tuple[Instance, ...]:
     """Effects that stand up when judged given all the others."""
+    evidence = found.evidence_of_effects()
     return tuple(
         fitted.instance
-        for position, fitted in enumerate(found.effects)
-        if needed(found, position) > max(threshold, 0.0)
+        for fitted, strength in zip(found.effects, evidence, strict=True)
+        if strength > max(threshold, 0.0)
     )
 
 

@@ -1,4 +1,4 @@
-"""What the service expects of a robot, a tracker and a stage sensor. SI units, radians.
+"""What the service expects of a robot, a tracker, a stage sensor, a temperature probe. SI, radians.
 
 Every object is used by one thread at a time. `connect` before anything else; `close` always,
 also after an error. Every call has a deadline of its own and raises a `DriverError` past it.
@@ -137,4 +137,29 @@ class StageSensor(Protocol):
 
     def close(self) -> None:
         """Let go of the sensor."""
+        ...
+
+
+@dataclass(frozen=True)
+class TemperatureReading:
+    """One reading of a temperature probe."""
+
+    temperature_degc: float
+    time_s: float
+    """The host's clock [s]."""
+
+
+class TemperatureProbe(Protocol):
+    """A probe at the robot, the stage or in the air."""
+
+    def connect(self) -> None:
+        """Open the connection and check that the probe answers."""
+        ...
+
+    def read(self) -> TemperatureReading:
+        """Read the probe once."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the probe."""
         ...

@@ -7,7 +7,9 @@ command never goes through it.
 from __future__ import annotations
 
 import json
+import re
 import socket
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -21,6 +23,12 @@ T = TypeVar("T")
 READ_ATTEMPTS = 3
 LARGEST_LINE = 1 << 20
 """A line longer than this is no reply of any device here [bytes]."""
+LONGEST_NOISE_S = 10.0
+"""A serial line that has not been silent for so long will not be [s]."""
+LATE_REPLIES = 2.0
+"""After a missing reply the line must be silent for so many times the longest reply."""
+EIGHT_BITS = "8N1"
+FRAME = re.compile("([78])([NEO])([12])")
 
 
 def read_again(read: Callable[[], T]) -> T:
@@ -63,10 +71,28 @@ def open_socket(device: str, address: str, timeout_s: float) -> socket.socket:
     return opened
 
 
-def open_serial(device: str, port: str, baud: int, timeout_s: float) -> serial.Serial:
-    """Open a serial port for this program alone, 8N1, reads ending after `timeout_s` [s]."""
+def open_serial(
+    device: str, port: str, baud: int, timeout_s: float, frame: str = EIGHT_BITS
+) -> serial.Serial:
+    """Open a serial port for this program alone, reads ending after `timeout_s` [s].
+
+    `frame` names data bits, parity and stop bits as instruments do: ``8N1``, ``7E1``.
+    """
+    form = FRAME.fullmatch(frame)
+    if form is None:
+        raise Unreachable(device, "connect", f"serial frame {frame!r} is not of the form 8N1")
+    bits, parity, stop_bits = form.groups()
     try:
-        return serial.Serial(port, baud, timeout=timeout_s, write_timeout=timeout_s, exclusive=True)
+        return serial.Serial(
+            port,
+            baud,
+            int(bits),
+            parity,
+            int(stop_bits),
+            timeout=timeout_s,
+            write_timeout=timeout_s,
+            exclusive=True,
+        )
     except (serial.SerialException, OSError) as fault:
         raise Unreachable(
             device,
@@ -74,6 +100,23 @@ def open_serial(device: str, port: str, baud: int, timeout_s: float) -> serial.S
             f"serial port {port} does not open ({fault}); check the cable, the port's name and "
             "that no other program uses it",
         ) from fault
+
+
+def wait_for_silence(port: serial.Serial, quiet_s: float) -> bytes:
+    """Read until nothing has come for `quiet_s` [s]; return what still comes when patience ends.
+
+    Where replies carry no number, a late one can only be told from the next by waiting until no
+    late one can be left: choose `quiet_s` longer than the device may take beyond its time.
+    """
+    end = time.monotonic() + LONGEST_NOISE_S
+    quiet_at = time.monotonic() + quiet_s
+    while (now := time.monotonic()) < quiet_at:
+        received = port.read(port.in_waiting or 1)
+        if received and now > end:
+            return received
+        if received:
+            quiet_at = time.monotonic() + quiet_s
+    return b""
 
 
 class LineSocket:

@@ -21,7 +21,7 @@ class WorldLink:
         host, _, port = address.rpartition(":")
         return cls(*await asyncio.open_connection(host, int(port)))
 
-    async def ask(self, operation: str) -> dict[str, Any]:
+    async def ask(self, operation: str, **arguments: object) -> dict[str, Any]:
         """Return the world's reply, whether `ok` or not.
 
         Raises
@@ -30,7 +30,7 @@ class WorldLink:
             If the world has ended.
         """
         async with self._turn:
-            self._writer.write(json.dumps({"op": operation}).encode() + b"\n")
+            self._writer.write(json.dumps({"op": operation, **arguments}).encode() + b"\n")
             await self._writer.drain()
             line = await self._reader.readline()
         if not line:

@@ -25,6 +25,41 @@ def exchanges(transcript: Path) -> list[Exchange]:
     return [(a[2:], b[2:]) for a, b in zip(requests, replies, strict=True)]
 
 
+def frames(transcript: Path) -> list[Exchange]:
+    """Requests and replies of a transcript in hexadecimal bytes."""
+    lines = [line for line in transcript.read_text().splitlines() if line[0] in "<>"]
+    assert [line[0] for line in lines] == ["><"[i % 2] for i in range(len(lines))]
+    sent = [bytes.fromhex(line[2:]) for line in lines]
+    return [*zip(sent[::2], sent[1::2], strict=True)]
+
+
+@contextmanager
+def scripted_unit(conversation: list[Exchange]) -> Iterator[str]:
+    """Give a serial port where requests have no line end; else like `scripted_station`."""
+    instrument_end, port_end = pty.openpty()
+    tty.setraw(port_end)
+    heard: list[bytes] = []
+
+    def play() -> None:
+        for request, reply in conversation:
+            received = b""
+            while len(received) < len(request):
+                received += os.read(instrument_end, len(request) - len(received))
+            heard.append(received)
+            os.write(instrument_end, reply)
+
+    thread = threading.Thread(target=play)
+    thread.start()
+    try:
+        yield os.ttyname(port_end)
+    finally:
+        os.write(port_end, bytes(1000))  # Wakes the reader if requests are missing.
+        thread.join()
+        os.close(instrument_end)
+        os.close(port_end)
+    assert heard == [request for request, _ in conversation]
+
+
 @contextmanager
 def scripted_station(conversation: list[Exchange]) -> Iterator[str]:
     """Give a serial port; at the end every request must have come, in this order, byte for byte.

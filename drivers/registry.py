@@ -8,7 +8,7 @@ import importlib
 from typing import cast
 
 from drivers.errors import DriverError
-from drivers.interfaces import Robot, StageSensor, Tracker
+from drivers.interfaces import Robot, StageSensor, TemperatureProbe, Tracker
 
 ROBOTS = {
     "mock": "drivers.devices.mock_robot:MockRobot",
@@ -23,9 +23,17 @@ TRACKERS = {
 """Each is called with (address)."""
 
 STAGE_SENSORS = {
+    "dimetix": "drivers.devices.dimetix:DimetixRangefinder",
+    "lika": "drivers.devices.lika:LikaEncoder",
+    "magnescale": "drivers.devices.magnescale:MagnescaleGauge",
     "mock": "drivers.devices.mock_stage:MockStageSensor",
 }
 """Each is called with (address, sensor)."""
+
+TEMPERATURE_PROBES = {
+    "modbus_temperature": "drivers.devices.modbus_temperature:ModbusTemperature",
+}
+"""Each is called with (address)."""
 
 
 def open_robot(driver: str, address: str, n_joints: int) -> Robot:
@@ -47,6 +55,12 @@ def open_tracker(driver: str, address: str) -> Tracker:
 def open_stage_sensor(driver: str, address: str, sensor: str) -> StageSensor:
     """Make the driver of this name for one stage sensor; like `open_robot`."""
     return cast("StageSensor", _load("stage sensor", STAGE_SENSORS, driver)(address, sensor))
+
+
+def open_temperature_probe(driver: str, address: str) -> TemperatureProbe:
+    """Make the temperature probe driver of this name; like `open_robot`."""
+    made = _load("temperature probe", TEMPERATURE_PROBES, driver)(address)
+    return cast("TemperatureProbe", made)
 
 
 def _load(kind: str, drivers: dict[str, str], driver: str) -> type:

@@ -13,7 +13,13 @@ from drivers.devices.mock_stage import MockStageSensor
 from drivers.devices.mock_tracker import MockTracker
 from drivers.errors import DriverError
 
-REGISTERED = registry.ROBOTS | registry.TRACKERS | registry.STAGE_SENSORS
+PLACES = (
+    registry.ROBOTS,
+    registry.TRACKERS,
+    registry.STAGE_SENSORS,
+    registry.TEMPERATURE_PROBES,
+)
+ENTRIES = [entry for drivers in PLACES for entry in drivers.values()]
 
 
 def test_a_driver_is_made_by_its_name():
@@ -28,6 +34,7 @@ def test_a_driver_is_made_by_its_name():
         (lambda: registry.open_robot("fanuc", "x", 6), registry.ROBOTS),
         (lambda: registry.open_tracker("faro", "x"), registry.TRACKERS),
         (lambda: registry.open_stage_sensor("ruler", "x", "rod"), registry.STAGE_SENSORS),
+        (lambda: registry.open_temperature_probe("hand", "x"), registry.TEMPERATURE_PROBES),
     ],
 )
 def test_an_unknown_name_is_answered_with_the_known_ones(open_device, names):
@@ -40,12 +47,10 @@ def test_an_unknown_name_is_answered_with_the_known_ones(open_device, names):
 def test_every_device_module_is_registered():
     folder = Path(devices.__path__[0])
     present = {entry.stem for entry in folder.iterdir() if entry.stem.strip("_") == entry.stem}
-    places = [registry.ROBOTS, registry.TRACKERS, registry.STAGE_SENSORS]
-    entries = [entry for drivers in places for entry in drivers.values()]
-    assert present == {entry.partition(":")[0].rpartition(".")[2] for entry in entries}
+    assert present == {entry.partition(":")[0].rpartition(".")[2] for entry in ENTRIES}
 
 
-@pytest.mark.parametrize("entry", sorted(set(REGISTERED.values())))
+@pytest.mark.parametrize("entry", sorted(ENTRIES))
 def test_every_entry_names_a_class_that_exists(entry):
     module, _, name = entry.partition(":")
     assert isinstance(getattr(importlib.import_module(module), name), type)
@@ -54,7 +59,8 @@ def test_every_entry_names_a_class_that_exists(entry):
 def test_choosing_one_driver_loads_no_other_drivers_library():
     program = (
         "import sys; from drivers.registry import open_robot; open_robot('mock', 'h:1', 6); "
-        "print(sorted({'rtde_control', 'rtde_receive', 'geocompy'} & set(sys.modules)))"
+        "libraries = {'rtde_control', 'rtde_receive', 'geocompy', 'pymodbus', 'ndicapy'}; "
+        "print(sorted(libraries & set(sys.modules)))"
     )
     loaded = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True

@@ -18,7 +18,7 @@ from robocal.data_faults.frame_fits import (
 )
 from robocal.data_faults.joints import AS_WRITTEN, JointSlip
 from robocal.data_faults.lengths import length_slip, nearest_factor
-from robocal.data_faults.mirror import POSITIONS_MIRRORED
+from robocal.data_faults.mirror import POSITIONS_MIRRORED, Z_TURNED
 from robocal.data_faults.slip import Slip
 from robocal.identification.frames_start import nominal_flange
 from robocal.robots.robot import Robot
@@ -35,7 +35,6 @@ _CLOSE = 5.0
 """A free matrix flatters; what it likes this much less than the best is not tried further"""
 _WORST_MISFIT = 0.15
 """Points miss by less than this share of their spread, whatever the robot"""
-_FLIPPED = np.diag([1.0, 1.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -137,7 +136,7 @@ def _explanations(candidates: Sequence[Candidate], misfit: float) -> list[Explan
     for index in close.tolist():
         for factor in {1.0, nearest_factor(_scale(loose, index))}:
             for mirrored in (False, True):
-                points = p[index] * factor @ (_FLIPPED if mirrored else np.eye(3))
+                points = p[index] * factor @ (Z_TURNED if mirrored else np.eye(3))
                 start = global_start(R[index], P[index], points, loose.weight[index])
                 fit = rigid_fits(R[index][None], P[index][None], points[None], start[None])[0]
                 one = Explanation(
@@ -182,7 +181,7 @@ def unseen(explanation: Explanation, slips: Sequence[JointSlip]) -> tuple[Explan
     found = []
     for joints, mirrored in (*((one, False) for one in slips), (AS_WRITTEN, True)):
         R, P, p = _stack([Candidate(view, joints)])
-        points = p[0] @ (_FLIPPED if mirrored else np.eye(3))
+        points = p[0] @ (Z_TURNED if mirrored else np.eye(3))
         start = global_start(R[0], P[0], points, np.ones(len(view)))
         fit = rigid_fits(R, P, points[None], start[None])[0]
         # Small volumes are fitted wrongly as well, but not better than by the truth.

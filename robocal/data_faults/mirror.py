@@ -41,33 +41,41 @@ class MirroredPoses:
         )
 
 
-_Z_TURNED = np.diag([1.0, 1.0, -1.0])
+Z_TURNED = np.diag([1.0, 1.0, -1.0])
 POSITIONS_MIRRORED = Slip(
     Fault.mirrored_frame,
     POSITION,
     "the measuring frame is left-handed: multiply z_mm by -1",
-    MirroredPositions(_Z_TURNED),
+    MirroredPositions(Z_TURNED),
 )
 POSES_MIRRORED = Slip(
     Fault.mirrored_frame,
     (*POSITION, *QUATERNION),
     "the measuring frame is left-handed: multiply z_mm, qx and qy by -1",
-    MirroredPoses(_Z_TURNED),
+    MirroredPoses(Z_TURNED),
 )
 
 
-def mirrored_positions_of_poses() -> tuple[Slip, ...]:
-    """The positions alone are mirrored, the orientations are not: each axis, each exchange."""
-    slips = []
+def mirrored_positions_of_poses() -> tuple[tuple[Float[Array, "3 3"], Slip], ...]:
+    """The positions alone are mirrored, the orientations are not: each axis, each exchange.
+
+    With the matrix that mends them.
+    """
+    found = []
     for axis, column in enumerate(POSITION):
         matrix = np.eye(3)
         matrix[axis, axis] = -1.0
         text = f"{column} has its sign turned: multiply it by -1"
-        slips.append(Slip(Fault.mirrored_frame, (column,), text, MirroredPositions(matrix)))
+        found.append((matrix, _positions_slip((column,), text, matrix)))
     for a, b in ((0, 1), (0, 2), (1, 2)):
         order = [0, 1, 2]
         order[a], order[b] = b, a
         columns = (POSITION[a], POSITION[b])
         text = f"{columns[0]} and {columns[1]} are exchanged: exchange them back"
-        slips.append(Slip(Fault.mirrored_frame, columns, text, MirroredPositions(np.eye(3)[order])))
-    return tuple(slips)
+        matrix = np.eye(3)[order]
+        found.append((matrix, _positions_slip(columns, text, matrix)))
+    return tuple(found)
+
+
+def _positions_slip(columns: tuple[str, ...], text: str, matrix: Float[Array, "3 3"]) -> Slip:
+    return Slip(Fault.mirrored_frame, columns, text, MirroredPositions(matrix))

@@ -4,7 +4,7 @@ With the base rotation known from the positions, :math:`R_i^T B^T M_i` is the to
 same in every row. Only the right convention makes it so. Rows without orientation show nothing.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,11 +56,7 @@ def _conjugate(quaternion: Float[Array, "row 4"]) -> Float[Array, "row 4"]:
 
 @dataclass(frozen=True)
 class _Euler:
-    """Angles read in one convention and meant in another.
-
-    A convention is the axes of the three turns, left to right, and which of the three numbers of
-    the file each of them takes.
-    """
+    """Angles read in one order of turns (left to right) and meant in another."""
 
     read: str
     meant: str
@@ -94,43 +90,36 @@ def _turns(axis: int, angle: Float[Array, "row"]) -> Float[Array, "row 3 3"]:
 
 def orientation_slips() -> tuple[Slip, ...]:
     """Every way in which the quaternion columns may be misread."""
-    order, direction = Fault.quaternion_order, Fault.quaternion_order
-    euler = Fault.angle_convention
-    slips = [
-        _slip(
-            order, "qw, qx, qy, qz hold x, y, z, w: move qz to the front", _Columns((3, 0, 1, 2))
-        ),
-        _slip(
-            order,
-            "qw, qx, qy, qz hold z, w, x, y: move qw to the end",
-            _Columns((1, 2, 3, 0)),
-        ),
-        _slip(
-            direction,
-            "the orientations turn the measuring frame into the target: "
-            "multiply qx, qy and qz by -1",
-            _conjugate,
-        ),
+    order = Fault.quaternion_order
+    front = "qw, qx, qy, qz hold x, y, z, w: move qz to the front"
+    end = "qw, qx, qy, qz hold z, w, x, y: move qw to the end"
+    passive = (
+        "the orientations turn the measuring frame into the target: multiply qx, qy and qz by -1"
+    )
+    reverse = (
+        "the Euler angles behind the quaternions were read in the reverse order "
+        "(roll, pitch, yaw for yaw, pitch, roll): exchange qx and qz"
+    )
+    return (
+        _slip(order, front, _Columns((3, 0, 1, 2))),
+        _slip(order, end, _Columns((1, 2, 3, 0))),
+        _slip(order, passive, _conjugate),
         # In either order, angles a, b, c taken for c, b, a exchange qx and qz, and nothing else.
-        _slip(
-            euler,
-            "the Euler angles behind the quaternions were read in the reverse order "
-            "(roll, pitch, yaw for yaw, pitch, roll): exchange qx and qz",
-            _Columns((0, 3, 2, 1)),
-        ),
-    ]
-    for read, meant, crossed in (
-        ("zyx", "xyz", False),
-        ("xyz", "zyx", False),
-        ("zyx", "xyz", True),
-        ("xyz", "zyx", True),
-    ):
-        sentence = (
-            f"the quaternions were made from Euler angles as {_product(read, crossed=False)}: "
-            f"make them from {_product(meant, crossed=crossed)} of the same angles a, b, c"
-        )
-        slips.append(_slip(euler, sentence, _Euler(read, meant, crossed)))
-    return tuple(slips)
+        _slip(Fault.angle_convention, reverse, _Columns((0, 3, 2, 1))),
+        *_euler_slips(),
+    )
+
+
+def _euler_slips() -> Iterator[Slip]:
+    for crossed in (False, True):
+        for read, meant in (("zyx", "xyz"), ("xyz", "zyx")):
+            sentence = (
+                f"the quaternions were made from Euler angles as "
+                f"{_product(read, crossed=False)}: make them from "
+                f"{_product(meant, crossed=crossed)} of the same angles a, b, c"
+            )
+            reading = _Euler(read, meant, crossed)
+            yield _slip(Fault.angle_convention, sentence, reading)
 
 
 def _product(turns: str, *, crossed: bool) -> str:

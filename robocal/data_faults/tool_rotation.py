@@ -11,7 +11,7 @@ from robocal.data_faults.hypotheses import RIVAL, Explanation
 from robocal.data_faults.mirror import (
     POSES_MIRRORED,
     POSITIONS_MIRRORED,
-    MirroredPositions,
+    Z_TURNED,
     mirrored_positions_of_poses,
 )
 from robocal.data_faults.orientation import orientation_misfit, orientation_slips
@@ -96,9 +96,6 @@ def _mirrors(
     if not explanation.mirrored:
         yield (), C, rows
         return
-    turned = POSITIONS_MIRRORED.mend
-    assert isinstance(turned, MirroredPositions)
     yield (POSES_MIRRORED,), C, POSES_MIRRORED.mend(rows)
-    for slip in mirrored_positions_of_poses():
-        assert isinstance(slip.mend, MirroredPositions)
-        yield (slip,), C @ turned.matrix @ slip.mend.matrix.T, rows
+    for matrix, slip in mirrored_positions_of_poses():
+        yield (slip,), C @ Z_TURNED @ matrix.T, rows

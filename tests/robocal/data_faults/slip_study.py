@@ -71,7 +71,10 @@ def is_right(spoiled: Spoiled, slips: tuple[Slip, ...], bundle: Bundle, sound: B
         said = {slip.sentence, *slip.rivals}
         return spoiled.fault == "mirrored_frame" and said in UPSIDE_DOWN
     named = (slip.fault, slip.columns, slip.lines)
-    if named != (spoiled.fault, spoiled.columns, spoiled.lines):
+    if (
+        named != (spoiled.fault, spoiled.columns, spoiled.lines)
+        or spoiled.mend not in slip.sentence
+    ):
         return False
     return gives_back(mend(bundle, slips), sound, exact=spoiled.exact)
 

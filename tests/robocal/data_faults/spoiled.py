@@ -147,6 +147,8 @@ class Spoiled:
     table: Table
     fault: str
     columns: tuple[str, ...]
+    mend: str
+    """Words that the sentence must hold."""
     lines: tuple[int, ...] = ()
     exact: bool = True
     """Not up to a turn of the measuring frame."""
@@ -155,47 +157,53 @@ class Spoiled:
 Slipper = Callable[[Table, np.random.Generator], Spoiled]
 POSITION = ("x_mm", "y_mm", "z_mm")
 QUATERNION = ("qw", "qx", "qy", "qz")
+UNITS = ((1e-3, "1000"), (1 / 25.4, "25.4"), (0.1, "10"), (1e3, "0.001"))
 
 
 def radians(t: Table, rng) -> Spoiled:
     joints = t.joints.copy()
     joints[:, t.turning] *= np.pi / 180
     columns = tuple(t.column(j) for j in t.turning)
-    return Spoiled(replace(t, joints=joints), "unit", columns)
+    return Spoiled(replace(t, joints=joints), "unit", columns, "multiply by 180/pi")
 
 
 def one_joint_in_radians(t: Table, rng) -> Spoiled:
-    return _scaled_joint(t, "unit", rng.choice(t.turning), np.pi / 180)
+    return _scaled_joint(t, "unit", rng.choice(t.turning), np.pi / 180, "multiply by 180/pi")
 
 
 def stroke_in_metres(t: Table, rng) -> Spoiled:
-    return _scaled_joint(t, "unit", int(np.flatnonzero(t.arm.prismatic)[0]), 1e-3)
+    slide = int(np.flatnonzero(t.arm.prismatic)[0])
+    return _scaled_joint(t, "unit", slide, 1e-3, "is in m: multiply by 1000")
 
 
 def joint_sign(t: Table, rng) -> Spoiled:
-    return _scaled_joint(t, "joint_sign", rng.choice(t.turning), -1.0)
+    return _scaled_joint(t, "joint_sign", rng.choice(t.turning), -1.0, "multiply it by -1")
 
 
-def _scaled_joint(t: Table, fault: str, joint: int, factor: float) -> Spoiled:
+def _scaled_joint(t: Table, fault: str, joint: int, factor: float, mend: str) -> Spoiled:
     joints = t.joints.copy()
     joints[:, joint] *= factor
-    return Spoiled(replace(t, joints=joints), fault, (t.column(joint),))
+    return Spoiled(replace(t, joints=joints), fault, (t.column(joint),), mend)
 
 
 def zero_of_a_joint(t: Table, rng) -> Spoiled:
     inner = [j for j in t.turning if 0 < j < t.joints.shape[1] - 1]
     joint = rng.choice(inner)
     joints = t.joints.copy()
-    joints[:, joint] += rng.choice([-90, 90])
-    return Spoiled(replace(t, joints=joints), "angle_convention", (t.column(joint),))
+    by = rng.choice([-90, 90])
+    joints[:, joint] += by
+    mend = "subtract 90 from it" if by > 0 else "add 90 to it"
+    return Spoiled(replace(t, joints=joints), "angle_convention", (t.column(joint),), mend)
 
 
 def coupled_joints(t: Table, rng) -> Spoiled:
     """Joint 3 counted from the ground; joint 2 of a SCARA."""
     first = 0 if t.arm.prismatic.any() else 1
     joints = t.joints.copy()
-    joints[:, first + 1] += rng.choice([-1, 1]) * joints[:, first]
-    return Spoiled(replace(t, joints=joints), "angle_convention", (t.column(first + 1),))
+    sign, driver = rng.choice([-1, 1]), t.column(first)
+    joints[:, first + 1] += sign * joints[:, first]
+    mend = f"subtract {driver} from it" if sign > 0 else f"add {driver} to it"
+    return Spoiled(replace(t, joints=joints), "angle_convention", (t.column(first + 1),), mend)
 
 
 def exchanged_columns(t: Table, rng) -> Spoiled:
@@ -203,47 +211,57 @@ def exchanged_columns(t: Table, rng) -> Spoiled:
     joints = t.joints.copy()
     joints[:, [a, b]] = joints[:, [b, a]]
     columns = (t.column(a), t.column(b))
-    return Spoiled(replace(t, joints=joints), "wrong_joint_source", columns)
+    mend = f"columns {columns[0]} and {columns[1]} are exchanged"
+    return Spoiled(replace(t, joints=joints), "wrong_joint_source", columns, mend)
 
 
 def columns_moved_on(t: Table, rng) -> Spoiled:
-    joints = t.joints.copy()
-    joints[:, t.turning] = np.roll(joints[:, t.turning], rng.integers(1, len(t.turning)), axis=1)
+    joints, turning = t.joints.copy(), t.turning
+    by = int(rng.integers(1, len(turning)))
+    joints[:, turning] = np.roll(joints[:, turning], by, axis=1)
     columns = tuple(t.column(j) for j in range(joints.shape[1]))
-    return Spoiled(replace(t, joints=joints), "wrong_joint_source", columns)
+    stand = list(columns)
+    for place, joint in enumerate(turning):
+        stand[joint] = columns[turning[(place + by) % len(turning)]]
+    mend = f"stand in {', '.join(stand)}"
+    return Spoiled(replace(t, joints=joints), "wrong_joint_source", columns, mend)
 
 
 def stale_joints(t: Table, rng) -> Spoiled:
     """The joint columns were read from another program; the commanded ones are right."""
     other = t.arm.draw(rng, len(t)) / t.arm.units()
     columns = tuple(t.column(j) for j in range(other.shape[1]))
-    return Spoiled(replace(t, joints=other, commanded=t.joints), "wrong_joint_source", columns)
+    table = replace(t, joints=other, commanded=t.joints)
+    return Spoiled(table, "wrong_joint_source", columns, "take those of cmd1")
 
 
 def positions_in_another_unit(t: Table, rng) -> Spoiled:
-    factor = rng.choice([1e-3, 1 / 25.4, 0.1, 1e3])
-    return Spoiled(replace(t, position=t.position * factor), "unit", POSITION)
+    by, mend = UNITS[rng.integers(len(UNITS))]
+    return Spoiled(replace(t, position=t.position * by), "unit", POSITION, f"multiply by {mend}")
 
 
 def an_axis_turned(t: Table, rng) -> Spoiled:
     axis = rng.integers(3)
     position = t.position.copy()
     position[:, axis] *= -1
-    return _mirrored(t, position, (POSITION[axis],))
+    column = POSITION[axis]
+    return _mirrored(t, position, (column,), f"{column} has its sign turned: multiply it by -1")
 
 
 def coordinates_exchanged(t: Table, rng) -> Spoiled:
     a, b = sorted(rng.choice(3, 2, replace=False))
     position = t.position.copy()
     position[:, [a, b]] = position[:, [b, a]]
-    return _mirrored(t, position, (POSITION[a], POSITION[b]))
+    columns = (POSITION[a], POSITION[b])
+    return _mirrored(t, position, columns, f"{columns[0]} and {columns[1]} are exchanged")
 
 
-def _mirrored(t: Table, position: np.ndarray, columns: tuple[str, ...]) -> Spoiled:
+def _mirrored(t: Table, position: np.ndarray, columns: tuple[str, ...], mend: str) -> Spoiled:
     """Positions alone do not show the columns; turning any axis mends them all."""
     exact = t.quaternion is not None
-    columns = columns if exact else POSITION
-    return Spoiled(replace(t, position=position), "mirrored_frame", columns, exact=exact)
+    if not exact:
+        columns, mend = POSITION, "multiply z_mm by -1"
+    return Spoiled(replace(t, position=position), "mirrored_frame", columns, mend, exact=exact)
 
 
 def poses_left_handed(t: Table, rng) -> Spoiled:
@@ -255,20 +273,22 @@ def poses_left_handed(t: Table, rng) -> Spoiled:
         replace(t, position=t.position @ S, quaternion=wxyz(Rotation.from_matrix(R))),
         "mirrored_frame",
         (*POSITION, *QUATERNION),
+        "multiply z_mm, qx and qy by -1",
         exact=False,
     )
 
 
 def quaternion_last_first(t: Table, rng) -> Spoiled:
-    return _turned(t, "quaternion_order", np.roll(t.quaternion, -1, axis=1))
+    return _turned(t, "quaternion_order", np.roll(t.quaternion, -1, axis=1), "move qz to the front")
 
 
 def quaternion_first_last(t: Table, rng) -> Spoiled:
-    return _turned(t, "quaternion_order", np.roll(t.quaternion, 1, axis=1))
+    return _turned(t, "quaternion_order", np.roll(t.quaternion, 1, axis=1), "move qw to the end")
 
 
 def passive_orientation(t: Table, rng) -> Spoiled:
-    return _turned(t, "quaternion_order", t.quaternion * [1, -1, -1, -1])
+    mend = "multiply qx, qy and qz by -1"
+    return _turned(t, "quaternion_order", t.quaternion * [1, -1, -1, -1], mend)
 
 
 def euler_order(t: Table, rng) -> Spoiled:
@@ -277,19 +297,21 @@ def euler_order(t: Table, rng) -> Spoiled:
     right, wrong = rng.permutation(["ZYX", "XYZ"])
     angles = Rotation.from_quat(np.column_stack([x, y, z, w])).as_euler(right)
     # From the order of the turns to x, y, z and back: the angles stay with their axes.
-    by_axis = angles[:, ::-1]
-    return _turned(t, "angle_convention", wxyz(Rotation.from_euler(wrong, by_axis)))
+    wrongly = wxyz(Rotation.from_euler(wrong, angles[:, ::-1]))
+    product = "Rz(c) Ry(b) Rx(a)" if right == "ZYX" else "Rx(a) Ry(b) Rz(c)"
+    return _turned(t, "angle_convention", wrongly, f"make them from {product}")
 
 
 def euler_columns_turned_round(t: Table, rng) -> Spoiled:
     """Roll, pitch, yaw taken for yaw, pitch, roll."""
     w, x, y, z = t.quaternion.T
     angles = Rotation.from_quat(np.column_stack([x, y, z, w])).as_euler("ZYX")
-    return _turned(t, "angle_convention", wxyz(Rotation.from_euler("ZYX", angles[:, ::-1])))
+    wrongly = wxyz(Rotation.from_euler("ZYX", angles[:, ::-1]))
+    return _turned(t, "angle_convention", wrongly, "exchange qx and qz")
 
 
-def _turned(t: Table, fault: str, quaternion: np.ndarray) -> Spoiled:
-    return Spoiled(replace(t, quaternion=quaternion), fault, QUATERNION)
+def _turned(t: Table, fault: str, quaternion: np.ndarray, mend: str) -> Spoiled:
+    return Spoiled(replace(t, quaternion=quaternion), fault, QUATERNION, mend)
 
 
 def wxyz(rotation: Rotation) -> np.ndarray:
@@ -309,14 +331,16 @@ def rows_shifted(t: Table, rng) -> Spoiled:
     spoiled = _rows(spoiled, kept)
     # A file that loses its first rows and is shifted as a whole starts later; lines count from 2.
     count = np.arange(kept.sum())[np.flatnonzero(kept) >= first]
-    return Spoiled(spoiled, "row_shift", (), tuple(int(row) + 2 for row in count))
+    mend = f"joints {abs(by)} row{'s' if abs(by) > 1 else ''} {'earlier' if by > 0 else 'later'}"
+    return Spoiled(spoiled, "row_shift", (), mend, tuple(int(row) + 2 for row in count))
 
 
 def rows_exchanged(t: Table, rng) -> Spoiled:
     a, b = sorted(int(row) for row in rng.choice(len(t), 2, replace=False))
     source = np.arange(len(t))
     source[[a, b]] = b, a
-    return Spoiled(t.measured_at(source), "swapped_rows", (), (a + 2, b + 2))
+    mend = f"lines {a + 2} and {b + 2} are exchanged: exchange them back"
+    return Spoiled(t.measured_at(source), "swapped_rows", (), mend, (a + 2, b + 2))
 
 
 def _rows(t: Table, kept: np.ndarray) -> Table:

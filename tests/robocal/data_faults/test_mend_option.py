@@ -1,0 +1,80 @@
+"""`robocal identify` stops at a slip, and mends it when asked."""
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from service.cli import main
+from tests.robocal.data_faults import spoiled
+from tests.robocal.data_faults.spoiled import Campaign
+
+SENTENCE = "column j3_deg has its sign turned: multiply it by -1"
+
+
+@pytest.fixture
+def call(capsys, monkeypatch):
+    """Exit status, output, complaint."""
+
+    def command(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["robocal", *map(str, arguments)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        printed = capsys.readouterr()
+        return left.value.code or 0, printed.out, printed.err
+
+    return command
+
+
+@pytest.fixture
+def turned(tmp_path) -> Path:
+    """A sound bundle, and one beside it in which joint 3 has its sign turned."""
+    table = Campaign("ur5e", seed=1, rows=48).measure()
+    table.write(tmp_path / "sound", "ur5e")
+    joints = table.joints * [1, 1, -1, 1, 1, 1]
+    replace(table, joints=joints).write(tmp_path / "spoiled", "ur5e")
+    return tmp_path
+
+
+def test_identify_stops_with_the_sentence_and_writes_nothing(call, turned):
+    status, out, complaint = call("identify", turned / "spoiled", "--out", turned / "o", "--json")
+    assert (status, out) == (2, "")
+    assert complaint == f"robocal: measurements.csv: {SENTENCE} (identify --mend does it)\n"
+    assert not (turned / "o").exists()
+
+
+def test_mend_gives_what_sound_data_give_and_says_so(call, turned):
+    status, out, _ = call(
+        "identify", turned / "spoiled", "--out", turned / "mended", "--mend", "--json"
+    )
+    assert status == 0
+    mended = json.loads(out)
+    assert mended["mended"] == [
+        {"fault": "joint_sign", "columns": ["j3_deg"], "lines": [], "mend": SENTENCE}
+    ]
+    status, out, _ = call("identify", turned / "sound", "--out", turned / "o", "--mend", "--json")
+    assert status == 0
+    sound = json.loads(out)
+    assert sound["mended"] == []
+    assert sound["bundle_sha256"] != mended["bundle_sha256"]
+    np.testing.assert_allclose(
+        [row["identified"] for row in mended["parameters"]],
+        [row["identified"] for row in sound["parameters"]],
+        atol=1e-5,
+    )
+
+
+def test_a_person_reads_what_was_mended(call, turned):
+    _, out, _ = call("identify", turned / "spoiled", "--out", turned / "o", "--mend")
+    assert out.startswith(f"mended: {SENTENCE}\n")
+
+
+def test_data_of_another_robot_leave_status_3(call, turned):
+    (turned / "sound" / "robot.yaml").write_text(spoiled.robot_text("staubli_tx60"))
+    status, out, complaint = call("identify", turned / "sound", "--out", turned / "o")
+    assert (status, out) == (3, "")
+    assert "do not fit robot 'staubli-tx60'" in complaint
+    assert complaint.count("\n") == 1

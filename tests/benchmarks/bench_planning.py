@@ -1,4 +1,6 @@
-"""CPU time of every selector, and what the sets are worth: `python -m tests.benchmarks.bench_planning`.
+"""CPU time of every selector, and what the chosen sets are worth.
+
+`python -m tests.benchmarks.bench_planning [speed] [compare] [document]`:
 
 `speed` prints CPU seconds for 30 of 200 and 50 of 1,000 poses; `compare` calibrates robots with
 known errors on 20 seeds and prints the tool's error and uncertainty at 200 test poses, each choice
@@ -67,9 +69,7 @@ def compare_selectors():
     error = np.array([[worth.error for worth in of_seed] for of_seed in worths]) * 1e3
     predicted = np.array([[worth.predicted for worth in of_seed] for of_seed in worths]) * 1e3
     print(f"{robot.name}, 30 of 200 poses, {SEEDS} seeds, 200 test poses in the workspace")
-    print(
-        f"{'choice':>20} {'error RMS mm':>13} {'U95 mean mm':>12} {'U95 / random':>13} {'better':>7}"
-    )
+    print(f"{'choice':>20} {'error RMS mm':>13} {'U95 mean mm':>12} {'/ random':>13} {'better':>7}")
     for column, choice in enumerate(CHOICES):
         ratio = np.exp(np.log(predicted[:, column] / predicted[:, -1]).mean())
         better = int((predicted[:, column] < predicted[:, -1]).sum())
@@ -89,7 +89,7 @@ def document():
     curve = index_curve(J, seed=1)
     for name in INDICES:
         print(
-            f"{name} settles: document {DOCUMENT_COUNTS.get(name)}, here {curve.settled_count(name)}"
+            f"{name} settles: paper {DOCUMENT_COUNTS.get(name)}, ours {curve.settled_count(name)}"
         )
         points = [2, 5, 10, 20, 29, 40, 61, 100, 160]
         means = [curve.mean[name][np.searchsorted(curve.counts, point)] for point in points]
@@ -97,10 +97,9 @@ def document():
     for name, count in DOCUMENT_COUNTS.items():
         selection = Selection(J, count, merit(name, np.empty((0, 3, 24))), seed=1)
         chosen = detmax.search_from_random(selection)
+        found = observability(J[chosen])[name]
         mean = curve.mean[name][np.searchsorted(curve.counts, count)]
-        print(
-            f"{name}: DETMAX {observability(J[chosen])[name]:.4f}, random {mean:.4f} ({count} poses)"
-        )
+        print(f"{name}: DETMAX {found:.4f}, random {mean:.4f} ({count} poses)")
 
 
 if __name__ == "__main__":

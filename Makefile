@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 # One numerics thread a process: several processes share the cores.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo serve test check bench browser clean
+.PHONY: demo serve test check bench reproduce browser clean
 
 demo: $(VENV)/installed
 	$(BIN)/robocal demo
@@ -27,6 +27,10 @@ check: $(VENV)/installed browser
 
 bench: $(VENV)/installed
 	$(BIN)/python -m tests.benchmarks
+
+# The published experiments again, our figures beside the printed ones.
+reproduce: $(VENV)/installed
+	$(BIN)/robocal reproduce
 
 $(VENV)/installed: requirements.lock pyproject.toml
 	@test -n "$(PYTHON)" || { echo "robocal needs CPython 3.11 or 3.12; install one of them"; exit 1; }

@@ -16,6 +16,7 @@ from service.commands.export import export
 from service.commands.identify import identify
 from service.commands.plan import plan
 from service.commands.predict import predict
+from service.commands.reproduce import reproduce
 from service.commands.serve import serve
 from service.commands.uncertainty import uncertainty
 
@@ -32,6 +33,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     serve,
     demo,
     emulate,
+    reproduce,
 )
 
 app = typer.Typer(

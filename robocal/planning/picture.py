@@ -51,8 +51,6 @@ def plan_picture(plan: Plan) -> str:
     joints = np.stack([segment.start for segment in shape.segments] + [shape.target])
     points = joints.transpose(2, 0, 1)  # (visit, joint, 3)
     shown = [points.reshape(-1, 3)]
-    if plan.request.cell.station is not None:
-        shown.append(np.array([plan.request.cell.station.position]))
     if plan.request.cell.box is not None:
         shown.append(np.array([plan.request.cell.box.low, plan.request.cell.box.high]))
     every = np.concatenate(shown)
@@ -106,10 +104,13 @@ def _panel(
             f'height="{y0 - y1:.1f}"/>'
         )
     if cell.station is not None:
+        # Far from the arm as it mostly is, the tracker stands on the frame, in its direction.
         x, y = view.at(np.array(cell.station.position))
+        x = min(max(x, view.left), view.left + _PANEL)
+        y = min(max(y, _GAP), _GAP + _PANEL)
         yield (
             f'<circle class="station" cx="{x:.1f}" cy="{y:.1f}" r="5"/>'
-            f'<text x="{x + 8:.1f}" y="{y + 4:.1f}">tracker</text>'
+            f'<text x="{x - 8:.1f}" y="{y - 8:.1f}" text-anchor="end">tracker</text>'
         )
 
 

@@ -67,7 +67,7 @@ def pose_rows(robot: Robot, cell: Cell, q: Float[Array, "pose joint"]) -> PoseRo
     J[:, 3:] /= noise.orientation_std()
     J = J if cell.sees_orientation else J[:, :3]
     # The triangular factor has the columns' lengths and angles in fewer rows.
-    some = np.linalg.qr(J[:_STRUCTURE_POSES].reshape(-1, model.n_parameters), mode="r")
+    some = np.asarray(np.linalg.qr(J[:_STRUCTURE_POSES].reshape(-1, model.n_parameters), mode="r"))
     unbounded = np.full(model.n_parameters, np.inf)
     everything = np.ones(model.n_parameters, dtype=bool)
     kept = np.flatnonzero(find_redundancy(some, model, everything, unbounded).identified)

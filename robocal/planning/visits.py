@@ -56,6 +56,24 @@ def arrange_visits(
     if payloads is not None:
         part = payload_halves(rows.J, chosen, request.seed)
     times = travel_times(rows.model, q, request.speed)
+    sequence, repeat = _sequence(part, further, times)
+    number = np.empty(len(chosen), dtype=int)
+    number[sequence[repeat == 1]] = np.arange(1, len(chosen) + 1)
+    approach = approach_directions(rows, chosen, request.seed) if request.with_approach else None
+    return Visits(
+        q=q[sequence],
+        pose=number[sequence],
+        repeat=repeat,
+        approach=None if approach is None else approach[sequence],
+        payload=None if payloads is None else np.array(payloads)[part[sequence]],
+        travel_time=duration(sequence, times),
+    )
+
+
+def _sequence(
+    part: Int[Array, "chosen"], further: Int[Array, "chosen"], times: Float[Array, "chosen chosen"]
+) -> tuple[Int[Array, "visit"], Int[Array, "visit"]]:
+    """Pose of every visit, and which visit of that pose it is."""
     order: list[int] = []
     repeat: list[int] = []
     for half in range(2):
@@ -64,18 +82,7 @@ def arrange_visits(
             if len(there):
                 order.extend(_stretch(there, times, order[-1] if order else int(there[0])))
                 repeat.extend([visit + 1] * len(there))
-    sequence = np.array(order)
-    number = np.empty(len(chosen), dtype=int)
-    number[sequence[np.array(repeat) == 1]] = np.arange(1, len(chosen) + 1)
-    approach = approach_directions(rows, chosen, request.seed) if request.with_approach else None
-    return Visits(
-        q=q[sequence],
-        pose=number[sequence],
-        repeat=np.array(repeat),
-        approach=None if approach is None else approach[sequence],
-        payload=None if payloads is None else np.array(payloads)[part[sequence]],
-        travel_time=duration(sequence, times),
-    )
+    return np.array(order), np.array(repeat)
 
 
 def _stretch(there: Int[Array, "some"], times: Float[Array, "pose pose"], start: int) -> list[int]:

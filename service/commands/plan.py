@@ -2,12 +2,15 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from robocal.errors import BadInput
 from service.commands.options import AsJson, OutFolder, make_folder, write_json
+
+if TYPE_CHECKING:
+    from robocal.planning.plan import Plan
 
 RobotFile = Annotated[str, typer.Argument(metavar="ROBOT", help="robot.yaml or a known name")]
 Index = Annotated[str, typer.Option(help="O1 to O5, or workspace: least predicted uncertainty")]
@@ -40,9 +43,7 @@ def plan(
     from robocal.formats.robot_yaml import read_robot
     from robocal.planning.cell import Cell
     from robocal.planning.cell_yaml import read_cell
-    from robocal.planning.picture import plan_picture
     from robocal.planning.plan import make_plan
-    from robocal.planning.plan_document import plan_document, plan_lines, write_plan_csv
     from robocal.planning.request import PlanRequest
     from robocal.robots.library import ROBOTS, load_robot
 
@@ -58,7 +59,14 @@ def plan(
         repeats,
         approach,
     )
-    planned = make_plan(request)
+    _write(make_plan(request), out, as_json=as_json)
+
+
+def _write(planned: "Plan", out: Path, *, as_json: bool) -> None:
+    """Write the three files and say what they hold."""
+    from robocal.planning.picture import plan_picture
+    from robocal.planning.plan_document import plan_document, plan_lines, write_plan_csv
+
     document = plan_document(planned)
     make_folder(out)
     write_plan_csv(out / "plan.csv", planned)

@@ -78,13 +78,13 @@ def test_a_set_too_small_for_the_parameters_still_grows_by_the_best_pose(count, 
 
 
 @pytest.mark.parametrize("name", ["O2", "O3", "O4", "O5"])
-@pytest.mark.parametrize("count", [8, 12, 40])
-def test_no_bound_hides_the_best_of_many_candidates_that_are_nearly_alike(name, count):
-    # Many more candidates than are factorised at a time, and eigenvalues close together, where
-    # what a candidate adds to each eigenvector alone says little of what it adds in all.
-    J = np.random.default_rng(count).normal(size=(300, 2, 12))
+@pytest.mark.parametrize("seed", range(8))
+def test_no_bound_hides_the_best_of_many_candidates_that_are_nearly_alike(name, seed):
+    # Many more candidates than are factorised at a time, and eigenvalues close together: for one
+    # seed in five the best candidate is not among the first by its bound.
+    J = np.random.default_rng(seed).normal(size=(300, 2, 12))
     current = SpectrumSet(J, name)
-    current.restart(tuple(range(count)))
+    current.restart(tuple(range(12)))
     added = current.best_addition()
-    best = max(range(count, 300), key=lambda i: observability(J[[*range(count), i]])[name])
+    best = max(range(12, 300), key=lambda i: observability(J[[*range(12), i]])[name])
     assert added == best

@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 # One numerics thread a process: several processes share the cores.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo serve test check bench reproduce browser clean
+.PHONY: demo serve test check bench reproduce blind browser clean
 
 demo: $(VENV)/installed
 	$(BIN)/robocal demo
@@ -31,6 +31,10 @@ bench: $(VENV)/installed
 # The published experiments again, our figures beside the printed ones.
 reproduce: $(VENV)/installed
 	$(BIN)/robocal reproduce
+
+# Hides effects in emulated campaigns and counts what diagnosis finds; BLIND="--trials 20 --kind one".
+blind: $(VENV)/installed
+	$(BIN)/python -m tests.blind $(BLIND)
 
 $(VENV)/installed: requirements.lock pyproject.toml
 	@test -n "$(PYTHON)" || { echo "robocal needs CPython 3.11 or 3.12; install one of them"; exit 1; }

@@ -1,0 +1,75 @@
+"""Hide an effect, ask for it, count: `python -m tests.blind --trials 100 --kind one --kind clean`.
+
+Seeds are fresh in every run and printed; with `--seed` a run is repeated. `--keep FOLDER` keeps
+bundles, diagnoses and truths for a look.
+"""
+
+import argparse
+import secrets
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from tests.blind.confusion import confusion, worst
+from tests.blind.rates import RATES, Line, ambiguous, is_ambiguous
+from tests.blind.trials import Order, Trial, diagnose_all, make, measure_more, run, workers
+
+FEW_POSES = ("--poses", "60", "--repeats", "9", "--size", "0.5")
+AMBIGUOUS = "ambiguous"
+WITHOUT_CONFUSION = {"clean"}
+
+
+def say(*lines: str) -> None:
+    """Print lines at once, also into a pipe."""
+    sys.stdout.write("\n".join(lines) + "\n")
+    sys.stdout.flush()
+
+
+def judge(pool: ProcessPoolExecutor, folder: Path, order: Order) -> tuple[list[Line], list[Trial]]:
+    """Run the trials of one kind; give its lines of the table and the trials."""
+    if order.kind != AMBIGUOUS:
+        trials = run(pool, folder, order)
+        return RATES[order.kind](trials), trials
+    few = Order("one", order.trials, order.seed, (*FEW_POSES, *order.arguments))
+    before = diagnose_all(pool, make(folder, few))
+    unsure = [t for t in before if is_ambiguous(t)]
+    asked = [t.place for t in unsure if (t.place.result / "next_poses.csv").exists()]
+    after = diagnose_all(pool, [measure_more(place, folder) for place in asked])
+    return ambiguous(before, after), before
+
+
+def report(order: Order, folder: Path, pool: ProcessPoolExecutor) -> None:
+    """Print what one kind of trials gives."""
+    begun = time.monotonic()
+    lines, trials = judge(pool, folder, order)
+    say(f"\n{order.kind}: {order.trials} trials, {time.monotonic() - begun:.0f} s")
+    say(*(line.text() for line in lines))
+    if order.kind not in WITHOUT_CONFUSION:
+        say(*confusion(trials), *worst(trials))
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--trials", type=int, default=150, help="of each kind")
+    parser.add_argument("--kind", action="append", choices=(*RATES, AMBIGUOUS))
+    parser.add_argument("--seed", type=int, help="repeat the run that printed it")
+    parser.add_argument("--orientation", action="store_true", help="full poses (6D)")
+    parser.add_argument("--effect", help="hide only this one")
+    parser.add_argument("--keep", type=Path, help="folder for bundles, truths and diagnoses")
+    options = parser.parse_args()
+    seed = secrets.randbits(31) if options.seed is None else options.seed
+    arguments = ("--orientation",) * options.orientation
+    if options.effect:
+        arguments = (*arguments, "--effect", options.effect)
+    say(f"seed {seed}: repeat with --seed {seed}, the same kinds and --trials {options.trials}")
+    with TemporaryDirectory() as scratch, workers() as pool:
+        for kind in options.kind or (*RATES, AMBIGUOUS):
+            folder = (options.keep or Path(scratch)) / kind
+            report(Order(kind, options.trials, seed, arguments), folder, pool)
+
+
+if __name__ == "__main__":
+    main()

@@ -128,7 +128,8 @@ class ModbusLink:
         self._received = b""
         try:
             reply = request()
-        except ConnectionException as fault:
+        except (ConnectionException, OSError) as fault:
+            # A reset comes through pymodbus as it is.
             raise self._lost(command) from fault
         except ModbusIOException as fault:
             raise self._missing(command) from fault

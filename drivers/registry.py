@@ -11,6 +11,7 @@ from drivers.errors import DriverError
 from drivers.interfaces import Robot, StageSensor, TemperatureProbe, Tracker
 
 ROBOTS = {
+    "modbus": "drivers.devices.modbus:ModbusRobot",
     "mock": "drivers.devices.mock_robot:MockRobot",
     "ur_rtde": "drivers.devices.ur_rtde:UrRtde",
 }

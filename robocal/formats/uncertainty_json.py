@@ -7,6 +7,7 @@ from numpy import ndarray as Array
 from robocal.uncertainty.evaluation import Evaluation, RefitCheck
 from robocal.uncertainty.propagation import COVERAGE
 from robocal.uncertainty.repeats import Scatter
+from robocal.uncertainty.verdict import Verdict
 from robocal.uncertainty.workspace_map import WorkspaceMap
 
 _DEG = np.pi / 180.0
@@ -29,17 +30,12 @@ def uncertainty_document(
         Map, where one was made.
     """
     adequacy = evaluation.result.adequacy
-    verdict = evaluation.verdict
     return {
         "method": "law of propagation (GUM) from the budget; Monte Carlo (JCGM 101) beside it",
         "draws": evaluation.check.sampled.n_draws,
         "seed": evaluation.settings.seed,
         "coverage": COVERAGE,
-        "intervals": {
-            "hold": verdict.hold,
-            "sentence": verdict.sentence,
-            "reasons": list(verdict.reasons),
-        },
+        "intervals": _intervals(evaluation.verdict),
         "reduced_chi_square": adequacy.reduced_chi_square if adequacy.nu > 0 else None,
         "degrees_of_freedom": adequacy.nu,
         "adequate": adequacy.adequate,
@@ -54,6 +50,14 @@ def uncertainty_document(
         "refits": None if evaluation.refits is None else _refits(evaluation, evaluation.refits),
         "poses": _poses(evaluation, lines),
         "workspace": None if workspace is None else _workspace(workspace),
+    }
+
+
+def _intervals(verdict: Verdict) -> dict[str, object]:
+    return {
+        "hold": verdict.hold,
+        "sentence": verdict.sentence,
+        "reasons": list(verdict.reasons),
     }
 
 

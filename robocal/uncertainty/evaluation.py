@@ -129,8 +129,6 @@ def evaluate(
         What was identified from what.
     q
         Where the tool's uncertainty is wanted [rad or m].
-    settings
-        Seed, tolerance, number of draws.
 
     Raises
     ------
@@ -145,6 +143,7 @@ def evaluate(
     repeats = scatter_of_repeats(fit)
     sources = sources_of(fit, repeats)
     tool = tool_uncertainty(result.model, sources, q)
+    again = _check_refits(fit, repeats, settings) if settings.refits else None
     return Evaluation(
         settings=settings,
         result=result,
@@ -154,7 +153,7 @@ def evaluate(
         parameters=_parameters(sources),
         tool=tool,
         check=_check_tool(fit, repeats, sources, tool, q, settings),
-        refits=_check_refits(fit, repeats, settings) if settings.refits else None,
+        refits=again,
     )
 
 

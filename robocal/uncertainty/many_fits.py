@@ -130,10 +130,7 @@ def _whitened(
     n_draws, n_rows = vectors.shape[1], len(group)
     model, mine = draws_at_place(cell, vectors, place)
     targets = many_targets(model, mine, group.joints)
-    columns, own = cell.columns_at_place(place)
-    lookup = np.full(len(cell.names), -1)
-    lookup[columns] = own
-    chosen = lookup[free]
+    chosen = _own_columns(cell, place)[free]
     J = many_jacobians(targets)[chosen]
     J[chosen < 0] = 0.0
     parts_J, parts_r = [], []
@@ -157,6 +154,14 @@ def _whitened(
     residual = np.concatenate(parts_r, axis=0).reshape(-1, n_draws, n_rows)
     by_draw = np.ascontiguousarray(whitened.transpose(2, 0, 1, 3)).reshape(n_draws, len(free), -1)
     return by_draw, residual.transpose(1, 0, 2).reshape(n_draws, -1)
+
+
+def _own_columns(cell: CellModel, place: int) -> Int[Array, "parameter"]:
+    """For each parameter its row in the Jacobian of a place, -1 where it has none."""
+    columns, own = cell.columns_at_place(place)
+    lookup = np.full(len(cell.names), -1)
+    lookup[columns] = own
+    return lookup
 
 
 def _lengths(

@@ -32,10 +32,7 @@ def campaign(
     noise: float = 1.0,
     **changes: object,
 ) -> Campaign:
-    """Measure a cell, every pose so many times, and identify it.
-
-    `noise` scales the real noise, not the declared one; `changes` replace fields of the bundle.
-    """
+    """Measure a cell, every pose so many times, and identify it; `noise` scales the real one."""
     cell = true_cell(robot, seed)
     write_bundle(folder, robot, cell, rows, seed, full_pose=full_pose, noise=noise)
     bundle = read_bundle(folder)

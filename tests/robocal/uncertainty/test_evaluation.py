@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from robocal.formats.uncertainty_json import uncertainty_document
 from robocal.identification.identify import identify
@@ -174,3 +175,21 @@ def test_robot_repeatability_belongs_to_the_statement(tmp_path):
         bundle = replace(one.bundle, measurements=moved, instrument=instrument)
         again = Campaign(bundle, fitted_rows(bundle, identify(bundle)), one.true)
         assert held(again) is expected
+
+
+def test_errors_that_come_back_at_every_repeat_are_told_though_residuals_look_right(tmp_path):
+    """Half of the declared noise, the rest the same at every visit: chi-square is as it should."""
+    one = campaign(tmp_path, rows=30, repeats=4, noise=0.5)
+    rows = one.bundle.measurements
+    rng = np.random.default_rng(2)
+    offsets = 2.1e-5 * rng.normal(size=(30, 3))[rows.pose]
+    turn = Rotation.from_rotvec(4.3e-5 * rng.normal(size=(30, 3))[rows.pose])
+    turned = turn * Rotation.from_quat(np.roll(rows.orientation, -1, axis=1))
+    orientation = np.roll(turned.as_quat(), 1, axis=1)
+    moved = replace(rows, position=rows.position + offsets, orientation=orientation)
+    bundle = replace(one.bundle, measurements=moved)
+    again = fitted_rows(bundle, identify(bundle))
+    assert again.result.adequacy.adequate
+    verdict = judge_intervals(again, scatter_of_repeats(again))
+    assert verdict.hold is False
+    assert "repeats of the positions" in verdict.sentence

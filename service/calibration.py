@@ -1,15 +1,13 @@
-"""From a bundle's folder to the calibrated robot, with its provenance."""
+"""From a bundle to the calibrated robot, with its provenance."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 from importlib.metadata import version
-from pathlib import Path
 
 from robocal.calibrated import CalibratedRobot, Provenance
-from robocal.formats.bundle import Bundle, read_bundle
+from robocal.formats.bundle import Bundle
 from robocal.formats.model_yaml import calibrated_robot
 from robocal.identification.identify import identify
-from robocal.identification.priors import Choices
 from robocal.identification.result import Identification
 from robocal.identification.validation import Folds, cross_validate
 
@@ -24,16 +22,8 @@ class Calibration:
     calibrated: CalibratedRobot
 
 
-def calibrate(
-    folder: Path, strategy: str, when: datetime, choices: Choices | None = None
-) -> Calibration:
-    """Read, identify, validate, and put the result into its lasting form.
-
-    `choices` are added to those of the campaign and go before them.
-    """
-    bundle = read_bundle(folder)
-    if choices is not None:
-        bundle = replace(bundle, choices=bundle.choices.overruled_by(choices))
+def calibrate_bundle(bundle: Bundle, strategy: str, when: datetime) -> Calibration:
+    """Identify, validate, and put the result into its lasting form."""
     result = identify(bundle, strategy)
     folds = cross_validate(bundle, result)
     provenance = provenance_of(bundle, strategy, when)

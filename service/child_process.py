@@ -24,7 +24,7 @@ class ChildProcess:
         self, module: str, *arguments: str, environment: Mapping[str, str] | None = None
     ) -> None:
         self._name = module
-        self._process = subprocess.Popen(  # noqa: S603 -- our own modules only
+        self._process = subprocess.Popen(
             [sys.executable, "-m", module, *arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

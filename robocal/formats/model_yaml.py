@@ -72,9 +72,13 @@ def model_document(calibrated: CalibratedRobot) -> dict[str, object]:
 
 def write_model(path: Path, calibrated: CalibratedRobot) -> None:
     """Write `model.yaml`."""
+    write_whole(path, model_text(calibrated))
+
+
+def model_text(calibrated: CalibratedRobot) -> str:
+    """`model.yaml` as it stands in the file."""
     document = model_document(calibrated)
-    text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=120)
-    write_whole(path, text)
+    return yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=120)
 
 
 def read_model(path: Path) -> CalibratedRobot:

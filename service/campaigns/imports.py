@@ -7,8 +7,8 @@ from typing import IO
 
 from sqlalchemy.orm import Session
 
-from robocal.errors import BadInput
-from robocal.formats.bundle import Bundle, read_bundle
+from robocal.errors import RobocalError
+from robocal.formats.bundle import Bundle
 from robocal.robots.library import load_robot
 from service.campaigns.measurements import zipped
 from service.campaigns.models import Accepted, CampaignKind, CampaignState
@@ -18,6 +18,7 @@ from service.clock import utc_now
 from service.db.models import BundleRow, CampaignRow
 from service.errors import Unusable
 from service.jobs.queue import JobKind, JobQueue
+from service.sound_bundle import read_sound
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,8 @@ def checked(upload: IO[bytes], limits: UnpackLimits) -> CheckedBundle:
         folder = Path(name)
         write_files(folder, files)
         try:
-            return CheckedBundle(files, read_bundle(folder))
-        except BadInput as error:
+            return CheckedBundle(files, read_sound(folder))
+        except RobocalError as error:
             raise Unusable(str(error).replace(f"{folder}/", "")) from error
 
 

@@ -32,4 +32,9 @@ def write_json(path: Path, document: dict[str, object]) -> None:
     """Write a document, whole or not at all."""
     from robocal.formats.whole_file import write_whole
 
-    write_whole(path, json.dumps(document, indent=2, allow_nan=False) + "\n")
+    write_whole(path, json_text(document))
+
+
+def json_text(document: dict[str, object]) -> str:
+    """A document as it stands in a file."""
+    return json.dumps(document, indent=2, allow_nan=False) + "\n"

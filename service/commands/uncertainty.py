@@ -30,10 +30,11 @@ def uncertainty(
     from robocal.formats.uncertainty_json import uncertainty_document
     from robocal.uncertainty.evaluation import Settings, evaluate
     from robocal.uncertainty.workspace_map import map_workspace
-    from service.calibration import calibrate
+    from service.calibration import calibrate_bundle
     from service.report_uncertainty import uncertainty_lines
+    from service.sound_bundle import read_sound
 
-    done = calibrate(bundle, "simultaneous", datetime.now(UTC))
+    done = calibrate_bundle(read_sound(bundle), "simultaneous", datetime.now(UTC))
     rows = done.bundle.measurements
     if poses is None:
         q, lines = rows.joints, rows.lines

@@ -31,8 +31,9 @@ from robocal.verification import (
     accuracy_document,
     plan_verification,
 )
-from service import calibration
+from service.calibration import calibrate_bundle
 from service.procedures.residual_rows import residual_rows, residual_rows_document
+from service.sound_bundle import read_sound
 
 Json = dict[str, Any]
 
@@ -58,7 +59,7 @@ def plan_verify(request: Json, folder: Path) -> Json:
 def calibrate(request: Json, folder: Path) -> Json:
     """Identify from the bundle in the folder and evaluate its uncertainty."""
     when = datetime.fromisoformat(request["date"])
-    done = calibration.calibrate(folder, DEFAULT_STRATEGY, when)
+    done = calibrate_bundle(read_sound(folder), DEFAULT_STRATEGY, when)
     rows = done.bundle.measurements.fit_rows
     evaluation = evaluate(done.bundle, done.result, rows.joints)
     return {

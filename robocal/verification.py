@@ -13,11 +13,15 @@ from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
 from robocal.compensation import Reach, compensate
+from robocal.errors import NoAnswer
 from robocal.identification.frames_start import start_frames
 from robocal.identification.observations import position_rows
 from robocal.kinematics.forward import forward_kinematics
 from robocal.kinematics.model import KinematicModel
 from robocal.planning.candidates import draw_candidates
+
+_MOST_DRAWN = 50
+"""Random targets per target wanted after which the calibrated robot counts as unable"""
 
 
 @dataclass(frozen=True)
@@ -43,19 +47,30 @@ class PoseAccuracy:
 
 
 def plan_verification(calibrated: CalibratedRobot, count: int, seed: int) -> VerificationPlan:
-    """Random admissible targets, not measured before, and the joints for both ways."""
+    """Random admissible targets, not measured before, and the joints for both ways.
+
+    Raises
+    ------
+    NoAnswer
+        If compensation reaches hardly any target within the joint limits.
+    """
     robot = calibrated.robot
     rng = np.random.default_rng(seed)
     nominal: list[Float[Array, "joint"]] = []
     compensated: list[Float[Array, "joint"]] = []
-    while len(nominal) < count:
+    for _ in range(_MOST_DRAWN):
         q = draw_candidates(robot, count, rng)
         solution = compensate(calibrated.model, wanted_poses(calibrated, q), q, robot.limits)
         for before, after, reach in zip(q, solution.q, solution.reach, strict=True):
             if reach is Reach.reached and len(nominal) < count:
                 nominal.append(before)
                 compensated.append(after)
-    return VerificationPlan(np.array(nominal), np.array(compensated))
+        if len(nominal) == count:
+            return VerificationPlan(np.array(nominal), np.array(compensated))
+    raise NoAnswer(
+        f"{robot.name}: of {_MOST_DRAWN * count} random targets only {len(nominal)} can be reached "
+        f"with compensated joints within the joint limits, {count} are wanted; identify again"
+    )
 
 
 def wanted_poses(

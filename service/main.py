@@ -15,6 +15,7 @@ from service.campaigns.router import router as campaigns_router
 from service.cells.router import router as cells_router
 from service.db.engine import open_database
 from service.db.upgrade import upgrade_schema
+from service.guard import Guard
 from service.jobs.table_queue import TableQueue
 from service.parameters.router import router as parameters_router
 from service.settings import Settings
@@ -47,6 +48,7 @@ def create_app(settings: Settings) -> FastAPI:
         responses={"default": {"model": errors.ProblemDocument, "description": "Problem"}},
     )
     errors.install(app)
+    app.add_middleware(Guard, hosts=settings.hosts)
     api = APIRouter(prefix="/api/v1")
     for router in (cells_router, campaigns_router, parameters_router):
         api.include_router(router)

@@ -29,6 +29,8 @@ class Settings(BaseSettings):
     host: Annotated[str, AfterValidator(_loopback)] = "127.0.0.1"
     port: Annotated[int, Field(ge=0, le=65535)] = 8300
     """0 takes a free port; the ready line names it."""
+    hosts: tuple[str, ...] = ()
+    """Names besides the loopback ones in the Host header, of a proxy in front: `["cal.plant"]`."""
 
     lease_s: PositiveFloat = 10.0
     """A worker that has not been heard of for so long has lost its job [s]."""

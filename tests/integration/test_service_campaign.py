@@ -125,7 +125,8 @@ def test_the_base_that_the_world_hides_is_found(site, world, calibrated):
 
 def test_the_first_uncertainty_is_there_with_its_draws(site, calibrated):
     document = site.get(f"/campaigns/{calibrated}/uncertainty").json()
-    assert document["draws"] == 10_000
+    assert document["draws"] >= 10_000
+    assert document["budget"]
     assert 0 < document["tool_position"]["U95_mean_mm"] < 1
 
 

@@ -13,9 +13,10 @@ from numpy import ndarray as Array
 
 def frame_from_xyz_ypr(frame: Float[Array, "6"]) -> Float[Array, "4 4"]:
     """Homogeneous transform of the six frame parameters x, y, z [m], yaw, pitch, roll [rad]."""
-    T = np.eye(4)
+    T = np.zeros((4, 4))
     T[:3, :3] = rotation_from_ypr(frame[3:])
     T[:3, 3] = frame[:3]
+    T[3, 3] = 1.0
     return T
 
 

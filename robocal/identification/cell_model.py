@@ -1,6 +1,7 @@
 """The model that a fit moves: the robot, the nests on its tool, the anchor of lengths."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -33,7 +34,7 @@ class CellModel:
     places: Float[Array, "place 3"] = field(default_factory=lambda: np.zeros((0, 3)))
     anchor: Float[Array, "3"] | None = None
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of all parameters, in the order of `vector`."""
         places = [f"target_{name}_{axis}" for name in self.place_names for axis in AXES]

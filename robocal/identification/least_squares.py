@@ -20,8 +20,10 @@ from numpy import ndarray as Array
 from robocal.identification.problem import NormalEquations
 
 MAX_ITERATIONS = 200
-_COST_TOLERANCE = 1e-13
-"""Stop when a step promises less than this share of the cost; [1]"""
+_COST_TOLERANCE = 1e-12
+"""Stop when a step promises less than this share of the cost, some ten times its rounding; [1]"""
+_FIRST_DAMPING = 1e-5
+"""Share of the Hessian's diagonal: starts are good, so that the first steps are nearly full; [1]"""
 
 
 @dataclass(frozen=True)
@@ -69,12 +71,13 @@ def levenberg_marquardt(
     x = start
     data = linearise(x)
     cost, gradient, hessian = _with_prior(data, prior, x)
-    damping, growth = 1e-4, 2.0
+    damping, growth = _FIRST_DAMPING, 2.0
     for iteration in range(1, max_iterations + 1):
         scale = np.sqrt(np.diag(hessian))
         scale[scale == 0.0] = 1.0
-        scaled = hessian / np.outer(scale, scale)
-        step = -np.linalg.solve(scaled + damping * np.eye(len(x)), gradient / scale) / scale
+        damped = hessian / np.outer(scale, scale)
+        damped[np.diag_indices_from(damped)] += damping
+        step = -np.linalg.solve(damped, gradient / scale) / scale
         promised = -(gradient @ step + 0.5 * step @ hessian @ step)
         if promised <= _COST_TOLERANCE * max(cost, 1.0):
             return Minimum(x, data, hessian, cost, iteration, converged=True)

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from robocal.frames import rotation_from_quaternion
+from robocal.identification.kept_jacobian import KeptJacobian
 from robocal.instrument import InstrumentNoise
 from robocal.measurements import MeasurementSet
 
@@ -69,6 +70,11 @@ class Observations:
             index = np.flatnonzero(self.place == place)
             groups.append((int(place), index, self.choose(self.place == place)))
         return tuple(groups)
+
+    @cached_property
+    def jacobian(self) -> KeptJacobian:
+        """Derivatives of the target at these rows."""
+        return KeptJacobian(self.joints)
 
     def choose(self, rows: Bool[Array, "row"]) -> "Observations":
         """The rows where `rows` is True."""

@@ -14,11 +14,10 @@ from numpy import ndarray as Array
 
 from robocal.frames import rotation_vector
 from robocal.identification.cell_model import CellModel
+from robocal.identification.kept_jacobian import MOST_ROWS
 from robocal.identification.observations import Observations
 from robocal.kinematics.forward import Columns, blocks, walk
-from robocal.kinematics.jacobian import pose_jacobian
 
-_BLOCK = 1000
 _NEAR_HALF_TURN = -0.9
 """Cosine below which the sine of the angle no longer gives its direction well; [1]"""
 _NO_LENGTH = 1e-12
@@ -146,7 +145,7 @@ def whitened_blocks(
     for place, index, group in rows.by_place:
         columns, own = cell.columns_at_place(place)
         chosen = _chosen_columns(free, columns, own, n_parameters)
-        for block in blocks(len(group), _BLOCK):
+        for block in blocks(len(group), MOST_ROWS):
             yield _block(cell, place, group, block, index[block], chosen, free)
 
 
@@ -168,33 +167,34 @@ def _block(
     chosen: Int[Array, "free"],
     free: Int[Array, "free"],
 ) -> WhitenedBlock:
-    target, J = pose_jacobian(cell.at_place(place), group.joints[block])
-    J = J[chosen]
-    J[chosen < 0] = 0.0
+    target, J = group.jacobian.at(cell.at_place(place), block)
     parts: list[tuple[str, slice]] = []
     parts_J, parts_r = [], []
     if group.has_position:
         weight = group.position_weight[block]
         parts.append(("position", slice(0, 3)))
-        parts_J.append(J[:, :3] * weight)
+        parts_J.append(J[chosen, :3] * weight)
         parts_r.append((group.position[:, block] - target.p) * weight)
     if group.has_orientation:
         weight = group.orientation_weight[block]
         first = parts[-1][1].stop if parts else 0
         parts.append(("orientation", slice(first, first + 3)))
-        parts_J.append(J[:, 3:] * weight)
+        parts_J.append(J[chosen, 3:] * weight)
         parts_r.append(rotation_residual(group.axes[:, :, block], target) * weight)
     if group.has_distance:
         weight = group.distance_weight[block]
         length, direction = _length(cell, target)
-        along = np.einsum("pim,im->pm", J[:, :3], direction)
-        anchor = cell.anchor_columns
-        is_anchor = (free >= anchor.start) & (free < anchor.stop)
-        along[is_anchor] = -direction[free[is_anchor] - anchor.start]
+        along = np.einsum("pim,im->pm", J[chosen, :3], direction)
         first = parts[-1][1].stop if parts else 0
         parts.append(("distance", slice(first, first + 1)))
         parts_J.append((along * weight)[:, None])
         parts_r.append(((group.distance[block] - length) * weight)[None])
-    whitened = np.concatenate(parts_J, axis=1)
-    residual = np.concatenate(parts_r, axis=0)
+    whitened = parts_J[0] if len(parts) == 1 else np.concatenate(parts_J, axis=1)
+    residual = parts_r[0] if len(parts) == 1 else np.concatenate(parts_r, axis=0)
+    if (chosen < 0).any():
+        whitened[chosen < 0] = 0.0
+    if group.has_distance:
+        anchor = cell.anchor_columns
+        is_anchor = (free >= anchor.start) & (free < anchor.stop)
+        whitened[is_anchor, -1] = -(direction * weight)[free[is_anchor] - anchor.start]
     return WhitenedBlock(index, tuple(parts), whitened.reshape(len(free), -1), residual.ravel())

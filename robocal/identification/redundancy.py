@@ -73,13 +73,16 @@ def split_columns(
     prior_std
         How far each may be off before any measurement, infinite where nothing is known [m, rad].
     """
-    J = _compressed(J)
+    J = _compressed(J, free)
     kinds = sort_columns(J, order, free, prior_std)
     lengths = np.linalg.norm(J, axis=0)
     reasons = dict.fromkeys((names[k] for k in kinds.unseen), "these measurements do not see it")
     for index, before in kinds.redundant.items():
         column = J[:, index] / lengths[index]
-        reasons[names[index]] = _in_words(J, lengths, kinds.taken[:before], column, names)
+        taken = kinds.taken[:before]
+        span = kinds.span[:before]
+        shares = np.linalg.solve(span @ (J[:, taken] / lengths[taken]), span @ column)
+        reasons[names[index]] = _in_words(shares, taken, names)
     for index in kinds.weak:
         reasons[names[index]] = "the measurements say less of it than its prior does"
     identified, weak = np.zeros((2, len(names)), dtype=bool)
@@ -99,6 +102,8 @@ class ColumnKinds:
     redundant: dict[int, int]
     """With the number of columns taken before each, whose span it lies in."""
     unseen: list[int]
+    span: Float[Array, "_ scalar"]
+    """Orthonormal rows; the first k span the first k taken columns."""
 
 
 def sort_columns(
@@ -108,35 +113,46 @@ def sort_columns(
     prior_std: Float[Array, "parameter"],
 ) -> ColumnKinds:
     """What `split_columns` decides, without saying why."""
-    J = _compressed(J)
+    J = _compressed(J, free)
     lengths = np.linalg.norm(J, axis=0)
     unseen_below = _UNSEEN * lengths.max(initial=0.0)
-    basis = np.zeros(J.shape)
-    kinds = ColumnKinds([], [], {}, [])
+    unit_columns = np.ascontiguousarray((J / np.maximum(lengths, unseen_below or 1.0)).T)
+    kinds = ColumnKinds([], [], {}, [], np.zeros(J.shape[::-1]))
     for index in order:
         if not free[index]:
             continue
         if lengths[index] <= unseen_below:
             kinds.unseen.append(index)
             continue
-        left = J[:, index] / lengths[index]
-        span = basis[:, : len(kinds.taken)]
+        left = unit_columns[index]
+        n_taken = len(kinds.taken)
+        span = kinds.span[:n_taken]
         for _ in range(2):  # twice is enough against cancellation (Kahan)
-            left = left - span @ (span.T @ left)
+            left = left - (span @ left) @ span
         outside = np.sqrt(left @ left)
         if outside < _SPAN_TOLERANCE:
-            kinds.redundant[index] = len(kinds.taken)
+            kinds.redundant[index] = n_taken
         elif outside * lengths[index] * prior_std[index] < _SEEN:
             kinds.weak.append(index)
         else:
-            basis[:, len(kinds.taken)] = left / outside
+            kinds.span[n_taken] = left / outside
             kinds.taken.append(index)
     return kinds
 
 
-def _compressed(J: Float[Array, "scalar parameter"]) -> Float[Array, "_ parameter"]:
-    """As few rows with the same products between columns: the triangle of a QR factorisation."""
-    return J if len(J) <= J.shape[1] else np.asarray(np.linalg.qr(J, mode="r"))
+def _compressed(
+    J: Float[Array, "scalar parameter"], free: Bool[Array, "parameter"]
+) -> Float[Array, "_ parameter"]:
+    """Fewer rows with the same products between free columns: the triangle of a QR factorisation.
+
+    The other columns become zero.
+    """
+    n_free = np.count_nonzero(free)
+    if len(J) <= n_free:
+        return J
+    triangle = np.zeros((n_free, J.shape[1]))
+    triangle[:, free] = np.linalg.qr(J[:, free], mode="r")
+    return triangle
 
 
 def preference(model: KinematicModel, n_more: int = 0) -> list[int]:
@@ -145,24 +161,19 @@ def preference(model: KinematicModel, n_more: int = 0) -> list[int]:
     order = list(range(n, n + 12 + n_more))
     for parameter in (0, 2, 3):
         order += [5 * joint + parameter for joint in range(model.n_joints)]
+    alpha, beta = model.links[:, 3], model.links[:, 4]
+    parallel = (np.abs(np.sin(alpha)) < _PARALLEL) & (np.abs(beta) < _PARALLEL)
+    parallel[-1] = False
     later = []
-    for joint, (alpha, beta) in enumerate(model.links[:, 3:]):
-        parallel = abs(np.sin(alpha)) < _PARALLEL and abs(beta) < _PARALLEL
-        keep, drop = (4, 1) if parallel and joint < model.n_joints - 1 else (1, 4)
+    for joint, no_d in enumerate(parallel.tolist()):
+        keep, drop = (4, 1) if no_d else (1, 4)
         order.append(5 * joint + keep)
         later.append(5 * joint + drop)
     return order + later
 
 
-def _in_words(
-    J: Float[Array, "scalar parameter"],
-    lengths: Float[Array, "parameter"],
-    taken: list[int],
-    column: Float[Array, "scalar"],
-    names: tuple[str, ...],
-) -> str:
-    """The identified parameters that together move the target as this one does."""
-    shares = np.linalg.lstsq(J[:, taken] / lengths[taken], column, rcond=None)[0]
+def _in_words(shares: Float[Array, "_"], taken: list[int], names: tuple[str, ...]) -> str:
+    """The identified parameters that together, by their shares, move the target as this one."""
     strongest = np.argsort(-np.abs(shares))
     alike = [names[taken[k]] for k in strongest if abs(shares[k]) > _NAMED_SHARE][:6]
     if len(alike) == 1:

@@ -4,7 +4,7 @@ The three axes and the origin of the moving frame are arrays of shape (3, pose);
 transform combines columns. Blocks of `BLOCK` poses stay in the cache (docs/decisions.md, 2).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy import ndarray as Array
 from robocal.kinematics.model import KinematicModel
 
 BLOCK = 2000
+_NO_TURN = np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Columns:
         x, y, z, p = self.x, self.y, self.z, self.p
         if T[:3, 3].any():
             p = p + x * T[0, 3] + y * T[1, 3] + z * T[2, 3]
-        if (T[:3, :3] != np.eye(3)).any():
+        if (T[:3, :3] != _NO_TURN).any():
             x, y, z = (x * T[0, k] + y * T[1, k] + z * T[2, k] for k in range(3))
         return Columns(x, y, z, p)
 
@@ -156,3 +157,25 @@ def forward_kinematics(
         for column, values in enumerate((target.x, target.y, target.z, target.p)):
             T[block, :3, column] = values.T
     return T
+
+
+def pose_blocks(
+    model: KinematicModel, readings: Iterable[Float[Array, "_ joint"]]
+) -> Iterator[Float[Array, "_ 4 4"]]:
+    """Poses of any number of joint readings in bounded memory.
+
+    Parameters
+    ----------
+    model
+        Robot with its base and tool frames.
+    readings
+        Joint readings in pieces of any size [rad or m], drawn or read as they are asked for.
+
+    Yields
+    ------
+    T_station_target
+        Poses in the order of the readings, at most `BLOCK` at a time.
+    """
+    for piece in readings:
+        for block in blocks(len(piece)):
+            yield forward_kinematics(model, piece[block])

@@ -44,56 +44,45 @@ def pose_jacobian(
     ----------
     .. [1] CN117067221B, eq. (8)-(15).
     """
-    n_poses = len(q)
+    n_poses, n_links = len(q), model.n_joints
     last, joints = walk(model, q)
     flange = last.then(model.flange)
     target = last.then(model.tool_frame)
     J = np.zeros((model.n_parameters, 6, n_poses))
+    links = J[: 5 * n_links].reshape(n_links, 5, 6, n_poses)
+    theta, d, a, alpha, beta = links.swapaxes(0, 1)
+    before, after = np.empty((2, n_links, 3, n_poses))
     for link, joint in enumerate(joints):
-        theta, d, a, alpha, beta = J[5 * link : 5 * link + 5]
-        _turn(theta, joint.z, joint.before, target.p)
-        d[:3] = joint.z
-        a[:3] = joint.x
-        _turn(alpha, joint.x, joint.after, target.p)
-        _turn(beta, joint.y, joint.after, target.p)
-    station = model.station[:3, :3]
-    base_origin = model.base_frame[:3, 3:4]
-    _fill_frame(J[-12:-6], station[:, 0:1], station[:, 1:2], station[:, 2:3], model.base)
-    for column in J[-9:-6]:
-        _turn(column, column[3:], base_origin, target.p)
-    _fill_frame(J[-6:], flange.x, flange.y, flange.z, model.tool)
+        theta[link, 3:] = d[link, :3] = joint.z
+        alpha[link, 3:] = a[link, :3] = joint.x
+        beta[link, 3:] = joint.y
+        np.subtract(target.p, joint.before, out=before[link])
+        np.subtract(target.p, joint.after, out=after[link])
+    _turn(theta, before)
+    _turn(alpha, after)
+    _turn(beta, after)
+    J[-12:-9, :3] = station = model.station[:3, :3, None].swapaxes(0, 1)
+    J[-9:-6, 3:] = _ypr_axes(station, model.base)
+    _turn(J[-9:-6], (target.p - model.base_frame[:3, 3:4])[None])
+    J[-6:-3, :3] = tool = np.stack([flange.x, flange.y, flange.z])
+    J[-3:, 3:] = _ypr_axes(tool, model.tool)
     return target, J
 
 
-def _turn(
-    column: Float[Array, "6 pose"],
-    axis: Float[Array, "3 _"],
-    point: Float[Array, "3 _"],
-    p: Float[Array, "3 pose"],
-) -> None:
-    """Fill a column for a turn about `axis` through `point`."""
-    rx, ry, rz = p - point
-    ax, ay, az = axis
-    np.subtract(ay * rz, az * ry, out=column[0])
-    np.subtract(az * rx, ax * rz, out=column[1])
-    np.subtract(ax * ry, ay * rx, out=column[2])
-    column[3:] = axis
+def _turn(columns: Float[Array, "turn 6 pose"], arm: Float[Array, "_ 3 pose"]) -> None:
+    """Fill the positions of columns that turn about their rows 3 to 5; `arm` is target - point."""
+    ax, ay, az = columns[:, 3], columns[:, 4], columns[:, 5]
+    rx, ry, rz = arm[:, 0], arm[:, 1], arm[:, 2]
+    np.subtract(ay * rz, az * ry, out=columns[:, 0])
+    np.subtract(az * rx, ax * rz, out=columns[:, 1])
+    np.subtract(ax * ry, ay * rx, out=columns[:, 2])
 
 
-def _fill_frame(
-    columns: Float[Array, "6 6 pose"],
-    x: Float[Array, "3 _"],
-    y: Float[Array, "3 _"],
-    z: Float[Array, "3 _"],
-    frame: Float[Array, "6"],
-) -> None:
-    """Fill the columns of one six-parameter frame as turns about its own origin.
+def _ypr_axes(axes: Float[Array, "axis 3 _"], frame: Float[Array, "6"]) -> Float[Array, "turn 3 _"]:
+    """Axes about which yaw, pitch and roll turn a frame whose parent has these axes.
 
     The yaw axis is z before the turn, the pitch axis is y after yaw, the roll axis x after both.
     """
-    for column, axis in zip(columns[:3], (x, y, z), strict=True):
-        column[:3] = axis
     (cy, cp), (sy, sp) = np.cos(frame[3:5]), np.sin(frame[3:5])
-    directions = ((0.0, 0.0, 1.0), (-sy, cy, 0.0), (cy * cp, sy * cp, -sp))
-    for column, direction in zip(columns[3:], directions, strict=True):
-        column[3:] = x * direction[0] + y * direction[1] + z * direction[2]
+    directions = np.array([[0.0, 0.0, 1.0], [-sy, cy, 0.0], [cy * cp, sy * cp, -sp]])
+    return np.asarray((directions @ axes.reshape(3, -1)).reshape(axes.shape))

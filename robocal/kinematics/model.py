@@ -10,6 +10,7 @@ moves the present frame into `S` or `F`, so that no yaw-pitch-roll singularity c
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -62,12 +63,12 @@ class KinematicModel:
         """Length of the parameter vector, 5 n + 12."""
         return 5 * self.n_joints + 12
 
-    @property
+    @cached_property
     def base_frame(self) -> Float[Array, "4 4"]:
         """Robot base in the measuring frame."""
         return np.asarray(self.station @ frame_from_xyz_ypr(self.base))
 
-    @property
+    @cached_property
     def tool_frame(self) -> Float[Array, "4 4"]:
         """Target in the frame of the last link."""
         return np.asarray(self.flange @ frame_from_xyz_ypr(self.tool))
@@ -106,6 +107,7 @@ class KinematicModel:
         )
 
 
+@cache
 def parameter_names(n_joints: int) -> tuple[str, ...]:
     """Names of the 5 n + 12 parameters: theta_1, d_1, ..., base_x, ..., tool_roll."""
     links = [f"{name}_{joint + 1}" for joint in range(n_joints) for name in LINK_PARAMETERS]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from robocal.kinematics.forward import BLOCK, blocks, forward_kinematics
+from robocal.kinematics.forward import BLOCK, blocks, forward_kinematics, pose_blocks
 from robocal.kinematics.model import KinematicModel, parameter_is_angle, parameter_names
 from robocal.robots.library import load_robot
 from tests.elementary_kinematics import ROBOT_NAMES, load_arm, random_frame
@@ -121,3 +121,26 @@ def test_the_vector_holds_every_parameter_once_under_its_name():
     assert {name.split("_")[0] for name in angles} == {"theta", "alpha", "beta", "base", "tool"}
     again = model.with_vector(model.vector)
     np.testing.assert_array_equal(again.vector, model.vector)
+
+
+def test_poses_in_pieces_are_the_poses_at_once_and_never_more_than_a_block():
+    geometry = load_robot("ur10").geometry
+    q = np.random.default_rng(2).uniform(-3.0, 3.0, (2 * BLOCK + 500, 6))
+    pieces = (q[:10], q[10:10], q[10 : BLOCK + 700], q[BLOCK + 700 :])
+    parts = list(pose_blocks(geometry, iter(pieces)))
+    assert max(len(part) for part in parts) <= BLOCK
+    np.testing.assert_array_equal(np.concatenate(parts), forward_kinematics(geometry, q))
+
+
+def test_readings_are_asked_for_one_piece_at_a_time():
+    geometry = load_robot("ur10").geometry
+    asked = []
+
+    def readings():
+        for piece in range(3):
+            asked.append(piece)
+            yield np.zeros((5, 6))
+
+    poses = pose_blocks(geometry, readings())
+    next(poses)
+    assert asked == [0]

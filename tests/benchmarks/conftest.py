@@ -1,0 +1,3 @@
+"""The peers' programs import what only the peers' own environments hold."""
+
+collect_ignore = ["peers"]

@@ -191,10 +191,18 @@ def _block(
         parts_r.append(((group.distance[block] - length) * weight)[None])
     whitened = parts_J[0] if len(parts) == 1 else np.concatenate(parts_J, axis=1)
     residual = parts_r[0] if len(parts) == 1 else np.concatenate(parts_r, axis=0)
-    if (chosen < 0).any():
-        whitened[chosen < 0] = 0.0
+    whitened[chosen < 0] = 0.0
     if group.has_distance:
-        anchor = cell.anchor_columns
-        is_anchor = (free >= anchor.start) & (free < anchor.stop)
-        whitened[is_anchor, -1] = -(direction * weight)[free[is_anchor] - anchor.start]
+        _fill_anchor(whitened[:, -1], cell.anchor_columns, free, direction * weight)
     return WhitenedBlock(index, tuple(parts), whitened.reshape(len(free), -1), residual.ravel())
+
+
+def _fill_anchor(
+    columns: Float[Array, "free row"],
+    anchor: slice,
+    free: Int[Array, "free"],
+    direction: Float[Array, "3 row"],
+) -> None:
+    """Derivative of the lengths by the anchor: it moves against the target."""
+    is_anchor = (free >= anchor.start) & (free < anchor.stop)
+    columns[is_anchor] = -direction[free[is_anchor] - anchor.start]

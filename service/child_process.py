@@ -30,6 +30,8 @@ class ChildProcess:
             stdout=subprocess.PIPE,
             text=True,
             env=environment,
+            # Ctrl+C is for the program in front, which ends the others in their order.
+            start_new_session=True,
         )
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         threading.Thread(target=self._read, daemon=True).start()

@@ -1,6 +1,7 @@
 """The main job on emulated hardware, through the same REST calls that a plant would make."""
 
 import os
+import signal
 import statistics
 import sys
 import time
@@ -15,15 +16,16 @@ import httpx
 from robocal.errors import NoAnswer
 from service.child_process import ChildProcess
 from service.emulated_cell import CellAddresses, EmulatedCell
+from service.parent import WITH_PARENT
 
 ROBOT = "ur10e"
-CALIBRATION_POSES = 40
-VERIFICATION_TARGETS = 30
 TIME_SCALE = 20.0
 SEED = 7
 SETTLE_S = 0.5
 _POLL_S = 0.2
 _LIMIT_S = 600.0
+_INTERRUPTED = 128 + signal.SIGINT
+"""Exit status of a program that a person stopped."""
 
 
 class Progress:
@@ -81,8 +83,18 @@ class Service:
         raise NoAnswer(f"{label} did not end within {_LIMIT_S:.0f} s")
 
 
-def run_demo(*, once: bool) -> None:
+def run_demo(poses: int, targets: int, *, once: bool) -> None:
     """Start emulators, service and worker; calibrate, verify, print; stay unless `once`."""
+    # Ended from outside, it ends what it started too.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        _run(poses, targets, once=once)
+    except KeyboardInterrupt:
+        print("\nstopped before the end")
+        sys.exit(_INTERRUPTED)
+
+
+def _run(poses: int, targets: int, *, once: bool) -> None:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory()))
         print(
@@ -92,10 +104,10 @@ def run_demo(*, once: bool) -> None:
         if cell.note:
             print(cell.note)
         service = _start_service(stack, folder)
-        print(f"service at {service.url}")
-        _calibrate(service, cell)
-        _verify(service)
-        print(f"\npage: {service.url}")
+        print(f"service at {service.url}", flush=True)
+        _calibrate(service, cell, poses)
+        _verify(service, targets)
+        print(f"\npage: {service.url}", flush=True)
         if not once:
             print("Ctrl+C ends it")
             _stay()
@@ -107,24 +119,24 @@ def _start_service(stack: ExitStack, folder: Path) -> Service:
         "ROBOCAL_DATABASE_URL": f"sqlite:///{folder / 'demo.sqlite3'}",
         "ROBOCAL_PORT": os.environ.get("ROBOCAL_PORT", "0"),
     }
-    web = ChildProcess("service.main", environment=environment)
+    web = ChildProcess("service.main", WITH_PARENT, environment=environment)
     stack.callback(web.close)
     url = str(web.ready()["url"])
-    worker = ChildProcess("service.jobs.worker", environment=environment)
+    worker = ChildProcess("service.jobs.worker", WITH_PARENT, environment=environment)
     stack.callback(worker.close)
     worker.ready()
     client = stack.enter_context(httpx.Client(base_url=url, timeout=30.0))
     return Service(client, url)
 
 
-def _calibrate(service: Service, cell: CellAddresses) -> None:
+def _calibrate(service: Service, cell: CellAddresses, poses: int) -> None:
     service.post(
         "/cells",
         name="demo",
         robot={"model": ROBOT, "driver": cell.robot_driver, "address": cell.robot_address},
         tracker={"driver": cell.tracker_driver, "address": cell.tracker_address},
     )
-    campaign = _drive(service, "calibrate", CALIBRATION_POSES, "calibration")
+    campaign = _drive(service, "calibrate", poses, "calibration")
     result = _result(service, f"/campaigns/{campaign}/identification")
     _result(service, f"/campaigns/{campaign}/uncertainty")
     residuals = result["residuals"]
@@ -134,10 +146,10 @@ def _calibrate(service: Service, cell: CellAddresses) -> None:
     _row("  identified geometry", residuals["held_out"])
 
 
-def _verify(service: Service) -> None:
-    campaign = _drive(service, "verify", VERIFICATION_TARGETS, "verification")
+def _verify(service: Service, targets: int) -> None:
+    campaign = _drive(service, "verify", targets, "verification")
     result = _result(service, f"/campaigns/{campaign}/verification")
-    print(f"{f'{VERIFICATION_TARGETS} other targets, driven to and measured, mm':42}")
+    print(f"{f'{targets} other targets, driven to and measured, mm':42}")
     _row("  nominal joints", result["before"])
     _row("  compensated joints", result["after"])
     _print_times(service.get(f"/campaigns/{campaign}/measurements")["rows"])

@@ -18,6 +18,7 @@ from service.db.upgrade import upgrade_schema
 from service.guard import Guard
 from service.jobs.table_queue import TableQueue
 from service.parameters.router import router as parameters_router
+from service.parent import end_with_parent
 from service.settings import Settings
 from service.web.router import router as web_router
 
@@ -91,4 +92,5 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["--openapi"]:
         sys.stdout.write(openapi_text())
     else:
+        end_with_parent()
         serve(Settings())

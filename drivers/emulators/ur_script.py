@@ -85,13 +85,17 @@ class ControlProgram:
             self._starts_at_s = now_s + PROGRAM_START_S
 
     async def end(self, reason: str) -> None:
-        """Stop the program, and with it the arm."""
+        """End the program for a reason that a person should read, and stop the arm."""
+        if self.running:
+            sys.stderr.write(f"ur_controller: program ended: {reason}\n")
+        await self._stop()
+
+    async def _stop(self) -> None:
         self._starts_at_s = None
         if not self.running:
             return
         self.running = False
         self._watchdog_s = None
-        sys.stderr.write(f"ur_controller: program ended: {reason}\n")
         self._finish_async()
         await self._arm.stop(PROGRAM_STOP_DECELERATION)
 
@@ -151,7 +155,7 @@ class ControlProgram:
         elif command == KICK_WATCHDOG:
             registers.output_int[0] = DONE
         elif command == STOP_SCRIPT:
-            await self.end("stop script")
+            await self._stop()
         else:
             await self.end(f"command {command} is not emulated")
 

@@ -1,9 +1,11 @@
 """`robocal serve`."""
 
-import os
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from service.child_process import ChildProcess
 
 
 def serve(
@@ -16,7 +18,6 @@ def serve(
     from pydantic import ValidationError
 
     from robocal.errors import BadInput
-    from service.child_process import ChildProcess
     from service.main import serve as listen
     from service.settings import Settings
 
@@ -26,9 +27,16 @@ def serve(
     except ValidationError as error:
         first = error.errors()[0]
         raise BadInput(f"setting {'.'.join(map(str, first['loc']))}", first["msg"]) from None
-    beside = ChildProcess("service.jobs.worker", environment=dict(os.environ)) if worker else None
+    beside = _worker() if worker else None
     try:
         listen(settings)
     finally:
         if beside:
             beside.close()
+
+
+def _worker() -> "ChildProcess":
+    from service.child_process import ChildProcess
+    from service.parent import WITH_PARENT
+
+    return ChildProcess("service.jobs.worker", WITH_PARENT)

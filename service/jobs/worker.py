@@ -23,6 +23,7 @@ from service.db.upgrade import upgrade_schema
 from service.jobs.queue import Claim, JobKind, JobQueue, LeaseLost
 from service.jobs.table_queue import TableQueue
 from service.jobs.watch import Cause, Stopped, Watch
+from service.parent import end_with_parent
 from service.procedures.analyse import analyse
 from service.procedures.collect import collect
 from service.procedures.job import Held, Job
@@ -96,6 +97,7 @@ class Worker:
 def main() -> None:
     """Run a worker as the environment's settings say."""
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
+    logging.getLogger("alembic").setLevel(logging.WARNING)
     settings = Settings()
     shutdown = Event()
 
@@ -104,6 +106,7 @@ def main() -> None:
 
     signal.signal(signal.SIGTERM, end)
     signal.signal(signal.SIGINT, end)
+    end_with_parent()
     database = open_database(settings.database_url, settings.busy_s)
     upgrade_schema(database)
     name = f"{socket.gethostname()}:{os.getpid()}"

@@ -24,6 +24,11 @@ def trials(tmp_path_factory) -> dict[str, list[Trial]]:
         }
 
 
+def test_no_diagnosis_breaks_down(trials):
+    words = [t.verdict.word for some in trials.values() for t in some]
+    assert "broken down" not in words
+
+
 def test_nothing_is_named_on_clean_data(trials):
     named = [t for t in trials["clean"] if t.verdict.named]
     # At a chance of 3 % each, two of three would be a chance of one in four hundred.

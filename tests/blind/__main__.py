@@ -12,7 +12,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.blind.confusion import confusion, worst
+from tests.blind.confusion import broken, confusion, worst
 from tests.blind.rates import RATES, Line, ambiguous, is_ambiguous
 from tests.blind.trials import Order, Trial, diagnose_all, make, measure_more, run, workers
 
@@ -40,18 +40,22 @@ def judge(pool: ProcessPoolExecutor, folder: Path, order: Order) -> tuple[list[L
     return ambiguous(before, after), before
 
 
-def report(order: Order, folder: Path, pool: ProcessPoolExecutor) -> None:
-    """Print what one kind of trials gives."""
+def report(order: Order, folder: Path, pool: ProcessPoolExecutor) -> bool:
+    """Print what one kind of trials gives; say whether every diagnosis came to its end."""
     begun = time.monotonic()
     lines, trials = judge(pool, folder, order)
     say(f"\n{order.kind}: {order.trials} trials, {time.monotonic() - begun:.0f} s")
     say(*(line.text() for line in lines))
     if order.kind not in WITHOUT_CONFUSION:
         say(*confusion(trials), *worst(trials))
+    failures = broken(trials)
+    if failures:
+        say(*failures)
+    return not failures
 
 
-def main() -> None:
-    """Print the tables."""
+def main() -> int:
+    """Print the tables; 1 if a diagnosis broke down."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--trials", type=int, default=150, help="of each kind")
     parser.add_argument("--kind", action="append", choices=(*RATES, AMBIGUOUS))
@@ -66,10 +70,16 @@ def main() -> None:
         arguments = (*arguments, "--effect", options.effect)
     say(f"seed {seed}: repeat with --seed {seed}, the same kinds and --trials {options.trials}")
     with TemporaryDirectory() as scratch, workers() as pool:
-        for kind in options.kind or (*RATES, AMBIGUOUS):
-            folder = (options.keep or Path(scratch)) / kind
-            report(Order(kind, options.trials, seed, arguments), folder, pool)
+        ended = [
+            report(
+                Order(kind, options.trials, seed, arguments),
+                (options.keep or Path(scratch)) / kind,
+                pool,
+            )
+            for kind in options.kind or (*RATES, AMBIGUOUS)
+        ]
+    return 0 if all(ended) else 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -3,6 +3,7 @@
 from collections import Counter, defaultdict
 
 from tests.blind.trials import Trial
+from tests.blind.verdict import BROKEN, BROKEN_DOWN
 
 
 def confusion(trials: list[Trial]) -> list[str]:
@@ -37,6 +38,16 @@ def _called(trial: Trial) -> str:
         return "right"
     top = verdict.named[0].cause
     return "another joint or order" if top.effect == hidden.effect else top.effect
+
+
+def broken(trials: list[Trial]) -> list[str]:
+    """Every case on which the diagnosis broke down, with the last line of its traceback."""
+    lines = []
+    for trial in trials:
+        if trial.verdict is BROKEN:
+            said = (trial.place.result / BROKEN_DOWN).read_text().strip().splitlines()[-1]
+            lines.append(f"  {trial.place.bundle.name}  BROKEN DOWN: {said}")
+    return lines
 
 
 def worst(trials: list[Trial]) -> list[str]:

@@ -38,7 +38,7 @@ def verdict(folder, *named, word="explained", depends=(), faults=()) -> Verdict:
         "gain": {"held_out_rms_after_mm": 0.0546},
     }
     (folder / "diagnosis.json").write_text(json.dumps(document))
-    return read_verdict(folder / "diagnosis.json")
+    return read_verdict(folder)
 
 
 def lines(kind, *trials) -> dict[str, Line]:
@@ -69,9 +69,14 @@ def test_covariates_are_known_by_their_columns(name, kind):
 
 
 def test_a_diagnosis_that_was_refused_is_an_alarm_without_a_name(tmp_path):
-    assert read_verdict(tmp_path / "diagnosis.json") == REFUSED
+    assert read_verdict(tmp_path) == REFUSED
     assert REFUSED.alarmed
     assert not REFUSED.named
+
+
+def test_a_diagnosis_that_broke_down_is_told_from_one_that_was_refused(tmp_path):
+    (tmp_path / "breakdown.txt").write_text("LinAlgError")
+    assert read_verdict(tmp_path).word == "broken down"
 
 
 def test_a_right_name_needs_the_right_joint(tmp_path):

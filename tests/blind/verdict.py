@@ -61,7 +61,7 @@ class Verdict:
     """The diagnosis of one bundle."""
 
     word: str
-    """`refused` where the command found no answer, else the contract's word."""
+    """The contract's word; `refused` for no answer, `broken down` for a programming error."""
     named: tuple[Named, ...] = ()
     covariates: tuple[str, ...] = ()
     """Kinds, the most significant first."""
@@ -92,13 +92,16 @@ class Verdict:
         return len(self.named) == len(hidden) and all(self.names(effect) for effect in hidden)
 
 
-REFUSED = Verdict("refused")
+BROKEN_DOWN = "breakdown.txt"
+"""File beside diagnosis.json that holds the traceback of a diagnosis that broke down."""
+REFUSED, BROKEN = Verdict("refused"), Verdict("broken down")
 
 
-def read_verdict(path: Path) -> Verdict:
-    """Read diagnosis.json; one that is not there was refused."""
+def read_verdict(result: Path) -> Verdict:
+    """Read the folder of a diagnosis; one without diagnosis.json was refused, or broke down."""
+    path = result / "diagnosis.json"
     if not path.exists():
-        return REFUSED
+        return BROKEN if (result / BROKEN_DOWN).exists() else REFUSED
     document = json.loads(path.read_text())
     depends = sorted(document["depends_on"], key=lambda entry: entry["p_value"])
     return Verdict(

@@ -59,6 +59,7 @@ class World:
     """A client of the world's process."""
 
     def __init__(self, port: int) -> None:
+        self.address = f"127.0.0.1:{port}"
         self._socket = socket.create_connection(("127.0.0.1", port), 5)
         self._lines = self._socket.makefile("rb")
 

@@ -20,6 +20,7 @@ ROBOTS = {
 TRACKERS = {
     "geocom": "drivers.devices.geocom:GeoComTracker",
     "mock": "drivers.devices.mock_tracker:MockTracker",
+    "ndi": "drivers.devices.ndi:NdiTracker",
 }
 """Each is called with (address)."""
 

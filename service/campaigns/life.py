@@ -22,7 +22,7 @@ def find(session: Session, number: int) -> CampaignRow:
     """Return the row of a campaign; raises `NotFound`."""
     row = session.get(CampaignRow, number)
     if row is None:
-        raise NotFound(f"There is no campaign {number}; GET /api/v1/campaigns lists them.")
+        raise NotFound(f"There is no campaign {number}.")
     return row
 
 
@@ -155,8 +155,8 @@ def is_armed(session: Session, cell: str | None) -> bool:
 def not_armed(cell: str) -> str:
     """Return the sentence for a cell in which nothing may move."""
     return (
-        f"Cell '{cell}' is not armed: an operator must look at it and "
-        f"POST /api/v1/cells/{cell}/arm first."
+        f"Cell '{cell}' is not armed: go and look that nobody is inside and nothing in the way, "
+        "then arm the cell first."
     )
 
 

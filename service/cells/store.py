@@ -36,7 +36,7 @@ def find(session: Session, name: str) -> CellRow:
     """Return the row of a cell; raises `NotFound`."""
     row = session.get(CellRow, name)
     if row is None:
-        raise NotFound(f"There is no cell named '{name}'; GET /api/v1/cells lists them.")
+        raise NotFound(f"There is no cell named '{name}'.")
     return row
 
 

@@ -1,6 +1,5 @@
 """What a campaign found, as lines of text for the tables of its page."""
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -61,14 +60,20 @@ class ErrorLine:
 
 
 @dataclass(frozen=True)
-class NoiseVerdict:
-    """Whether the residuals are as large as the instrument's declared noise."""
+class Verdict:
+    """What the numbers say about themselves."""
 
-    key: str
-    """Name of its words."""
+    sentence: str
     tone: str
-    factor: str
-    """How many times one is larger than the other."""
+
+
+@dataclass(frozen=True)
+class DriftLine:
+    """How far the station moved, by the nests that stand fixed."""
+
+    largest: str
+    visits: int
+    removed: bool
 
 
 @dataclass(frozen=True)
@@ -147,7 +152,7 @@ def residual_lines(identification: Json) -> list[ErrorLine]:
     residuals = identification["residuals"]
     return [
         _error_line(f"residuals_{key}", residuals[key]["rows"], residuals[key])
-        for key in ("before", "fit", "held_out")
+        for key in ("before", "fit", "held_out", "random_folds", "blocked_folds")
         if residuals[key]
     ]
 
@@ -193,14 +198,29 @@ def _reduction(before: Json, after: Json) -> Reduction:
     )
 
 
-def noise_verdict(uncertainty: Json) -> NoiseVerdict | None:
-    """Whether the declared noise is as large as the residuals; None with nothing to judge by."""
-    reduced = uncertainty["reduced_chi_square"]
-    if reduced is None:
+def adequacy_verdict(identification: Json) -> Verdict:
+    """Whether the residuals are as large as the declared noise."""
+    adequacy = identification["adequacy"]
+    judged = adequacy["reduced_chi_square"] is not None
+    return _verdict(
+        adequacy["sentence"], good=adequacy["verdict"] == "adequate" if judged else None
+    )
+
+
+def intervals_verdict(uncertainty: Json) -> Verdict:
+    """Whether the stated uncertainty may be believed."""
+    intervals = uncertainty["intervals"]
+    return _verdict(intervals["sentence"], good=intervals["hold"])
+
+
+def _verdict(sentence: str, *, good: bool | None) -> Verdict:
+    tone = "" if good is None else "good" if good else "caution"
+    return Verdict(f"{sentence[0].upper()}{sentence[1:]}.", tone)
+
+
+def drift_line(identification: Json) -> DriftLine | None:
+    """How far the station moved; None where no fixed nest was visited twice."""
+    drift = identification["station_drift"]
+    if drift is None:
         return None
-    factor = math.sqrt(reduced)
-    if uncertainty["adequate"]:
-        return NoiseVerdict("noise_explains", "good", fixed(factor, 1))
-    if factor > 1.0:
-        return NoiseVerdict("noise_exceeded", "caution", fixed(factor, 1))
-    return NoiseVerdict("noise_too_large", "", fixed(1.0 / factor, 1))
+    return DriftLine(fixed(drift["largest_mm"], 3), len(drift["visits"]), drift["removed"])

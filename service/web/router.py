@@ -1,9 +1,11 @@
 """The pages for the operator; mounted at the root of the service."""
 
+from dataclasses import dataclass
 from http import HTTPStatus
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
+from sqlalchemy.orm import Session
 
 from service.campaigns import life, results
 from service.campaigns import store as campaigns
@@ -26,11 +28,11 @@ def home(database: DatabaseDependency) -> HTMLResponse:
     """Cells, campaigns, and the forms that start something."""
     with database.read() as session:
         all_cells = cells.all_cells(session)
-        newest = campaigns.page(session, None, None, SHOWN_CAMPAIGNS)
+        newest = _listed(session, None)
     return page(
         "home.html",
         cells=all_cells,
-        campaigns=newest,
+        listed=newest,
         cell_fields=forms.cell_fields(),
         cell_detail_fields=forms.cell_detail_fields(),
         campaign_fields=forms.campaign_fields([cell.name for cell in all_cells]),
@@ -55,8 +57,14 @@ def cell_part(name: str, database: DatabaseDependency) -> HTMLResponse:
 def campaigns_part(database: DatabaseDependency) -> HTMLResponse:
     """List the newest campaigns anew."""
     with database.read() as session:
-        newest = campaigns.page(session, None, None, SHOWN_CAMPAIGNS)
-    return page("part_campaigns.html", campaigns=newest)
+        return page("part_campaigns.html", listed=_listed(session, None))
+
+
+@router.get("/campaigns")
+def older_campaigns(database: DatabaseDependency, before: int | None = None) -> HTMLResponse:
+    """List campaigns that the first page has no room for."""
+    with database.read() as session:
+        return page("campaigns.html", listed=_listed(session, before))
 
 
 @router.get("/campaigns/{number}")
@@ -89,6 +97,21 @@ def asset(request: Request, collection: str, version: str, file: str) -> Respons
     return assets.answer(request, collection, version, file)
 
 
+@dataclass(frozen=True)
+class Listed:
+    """Some campaigns, newest first."""
+
+    campaigns: list[Campaign]
+    older_than: int | None
+    """Where the next, older ones begin; None if there are none."""
+
+
+def _listed(session: Session, before: int | None) -> Listed:
+    found = campaigns.page(session, None, before, SHOWN_CAMPAIGNS + 1)
+    shown = found[:SHOWN_CAMPAIGNS]
+    return Listed(shown, shown[-1].id if len(found) > len(shown) else None)
+
+
 def _identification(database: Database, campaign: Campaign) -> HTMLResponse:
     with database.read() as session:
         found = results.newest(session, campaign.id, ResultKind.identification)
@@ -105,7 +128,9 @@ def _identification(database: Database, campaign: Campaign) -> HTMLResponse:
         base=result_view.frame_lines(identification, "base"),
         tool=result_view.frame_lines(identification, "tool"),
         residuals=result_view.residual_lines(identification),
-        noise=result_view.noise_verdict(uncertainty),
+        adequacy=result_view.adequacy_verdict(identification),
+        intervals=result_view.intervals_verdict(uncertainty),
+        drift=result_view.drift_line(identification),
     )
 
 

@@ -45,6 +45,8 @@ WORDS: dict[str, str] = {
     "column_readings": "Readings",
     "column_created": "Created",
     "from_bundle": "imported bundle",
+    "older_campaigns": "Older campaigns",
+    "newest_campaigns": "Newest campaigns",
     # Forms
     "new_campaign": "New campaign",
     "start_campaign": "Start campaign",
@@ -155,6 +157,7 @@ WORDS: dict[str, str] = {
     "tool_uncertainty_note": "U₉₅, mean over the measured poses",
     "not_converged": "The iteration did not converge. Do not use these parameters.",
     "rejected_rows": "Rows not used",
+    "suspect_rows": "Suspect rows among those held out; they are counted all the same",
     "rejected_row": "Line {line}: {reason}",
     "residual_plot": "Residual before and after, pose by pose",
     "residual_plot_note": (
@@ -180,6 +183,20 @@ WORDS: dict[str, str] = {
     "residuals_before": "Nominal, frames fitted",
     "residuals_fit": "Identified, fitted poses",
     "residuals_held_out": "Identified, held-out poses",
+    "residuals_random_folds": "Left out in turn, at random",
+    "residuals_blocked_folds": "Left out in turn, in blocks",
+    "folds_note": (
+        "Left out in turn: every fitted row, predicted by a fit that has not seen it. At random it "
+        "tells of poses among the measured ones, in blocks of poses beyond them."
+    ),
+    "drift_removed": (
+        "The station moved by up to {largest} mm, seen on {visits} visits to the fixed nests. "
+        "The readings were corrected for it."
+    ),
+    "drift_left": (
+        "The fixed nests, visited {visits} times, show up to {largest} mm, which is no more than "
+        "noise. Nothing was corrected."
+    ),
     "verification_before": "Nominal joints",
     "verification_after": "Compensated joints",
     "column_rows": "Rows",
@@ -209,18 +226,5 @@ WORDS: dict[str, str] = {
     "uncertainty_mean": "Expanded uncertainty U₉₅, mean over poses",
     "uncertainty_max": "Expanded uncertainty U₉₅, largest",
     "reduced_chi_square": "Reduced chi-square, {degrees} degrees of freedom",
-    "noise_explains": (
-        "The residuals are as large as the instrument’s declared noise: nothing speaks against "
-        "the model or these figures."
-    ),
-    "noise_exceeded": (
-        "The residuals are {factor} times larger than the instrument’s declared noise: the robot "
-        "does something that the model does not know. The true uncertainty is larger than these "
-        "figures."
-    ),
-    "noise_too_large": (
-        "The residuals are {factor} times smaller than the instrument’s declared noise: it was "
-        "declared too large, and so are these figures."
-    ),
     "provenance": "robocal {version}, strategy {strategy}, readings {sha}",
 }

@@ -141,6 +141,32 @@ def test_the_list_of_campaigns_leads_to_each(site, client, cell):
     assert part.text(**{"class": "badge queued"}) == "Queued"
 
 
+def test_older_campaigns_are_pages_of_their_own(site, client, cell):
+    numbers = [queued_campaign(client, cell) for _ in range(45)]
+    address, seen = "/", []
+    while address:
+        page = Elements(site.get(address).text)
+        links = [attributes for attributes in page.all("a") if attributes.get("id")]
+        seen += [a["href"] for a in links if a["id"] != "older-campaigns"]
+        older = [a["href"] for a in links if a["id"] == "older-campaigns"]
+        address = older[0] if older else ""
+    assert seen == [f"/campaigns/{number}" for number in reversed(numbers)]
+
+
+def test_a_refusal_tells_an_operator_what_to_do_and_not_a_programmer(client, cell):
+    client.post("cells/c1/disarm")
+    body = {"cell": "c1", "kind": "calibrate", "poses": 40}
+    refusals = [
+        client.post("campaigns", json=body),
+        client.get("campaigns/999"),
+        client.post("cells/nowhere/arm"),
+    ]
+    assert [answer.status_code for answer in refusals] == [409, 404, 404]
+    assert "arm the cell first" in refusals[0].json()["detail"]
+    for answer in refusals:
+        assert "/api/" not in answer.json()["detail"]
+
+
 def test_a_campaign_page_shows_state_and_readings(site, client, cell):
     page = Elements(site.get(f"/campaigns/{queued_campaign(client, cell)}").text)
     assert page.text(id="state") == "Queued"

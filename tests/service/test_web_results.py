@@ -47,8 +47,17 @@ IDENTIFICATION = {
         "before": summary(10, 0.8),
         "fit": summary(30, 0.05),
         "held_out": summary(10, 0.1),
+        "random_folds": summary(30, 0.11),
+        "blocked_folds": summary(30, 0.14),
+    },
+    "adequacy": {
+        "verdict": "inadequate",
+        "reduced_chi_square": 6.25,
+        "sentence": "reduced chi-square 6.25, above its band",
     },
     "rejected_rows": [{"line": 17, "reason": "outlier, 9.1 sigma"}],
+    "suspect_held_out_rows": [{"line": 23, "reason": "5.2 sigma"}],
+    "station_drift": None,
     "bundle_sha256": "ab" * 32,
 }
 UNCERTAINTY = {
@@ -61,7 +70,7 @@ UNCERTAINTY = {
     },
     "reduced_chi_square": 6.25,
     "degrees_of_freedom": 150.00002,
-    "adequate": False,
+    "intervals": {"hold": False, "sentence": "the intervals do not hold: too wide a scatter"},
 }
 
 
@@ -167,16 +176,48 @@ def test_rows_left_out_are_named(show):
     assert "Line 17: outlier, 9.1 sigma" in part.text
 
 
-def test_residuals_larger_than_the_noise_are_not_passed_over(show):
+def test_suspect_rows_and_the_left_out_folds_are_shown(show):
     part = show(identification=IDENTIFICATION, uncertainty=UNCERTAINTY)
-    assert "2.5 times larger than the instrument’s declared noise" in part.text
+    assert "Line 23: 5.2 sigma" in part.text
+    assert part.row("Left out in turn, at random")[:2] == ["30", "0.1100"]
+    assert part.row("Left out in turn, in blocks")[:2] == ["30", "0.1400"]
+
+
+def test_too_few_rows_for_folds_leave_them_out(show):
+    residuals = IDENTIFICATION["residuals"] | {"random_folds": {}, "blocked_folds": {}}
+    part = show(identification=IDENTIFICATION | {"residuals": residuals}, uncertainty=UNCERTAINTY)
+    assert "Left out in turn" not in part.text
+
+
+@pytest.mark.parametrize(
+    ("verdict", "reduced", "tone"),
+    [("inadequate", 6.25, "caution"), ("adequate", 1.0, "good"), ("adequate", None, "")],
+)
+def test_whether_the_model_explains_the_readings_is_said_in_one_sentence(
+    show, verdict, reduced, tone
+):
+    adequacy = {"verdict": verdict, "reduced_chi_square": reduced, "sentence": "it is so"}
+    identification = IDENTIFICATION | {"adequacy": adequacy}
+    part = show(identification=identification, uncertainty=UNCERTAINTY)
+    assert f'<p class="notice {tone}" id="adequacy">It is so.</p>' in part.page
+
+
+@pytest.mark.parametrize(("hold", "tone"), [(False, "caution"), (True, "good"), (None, "")])
+def test_whether_the_uncertainty_may_be_believed_is_said(show, hold, tone):
+    uncertainty = UNCERTAINTY | {"intervals": {"hold": hold, "sentence": "it is so"}}
+    part = show(identification=IDENTIFICATION, uncertainty=uncertainty)
+    assert f'<p class="notice {tone}" id="intervals">It is so.</p>' in part.page
     assert part.row("Reduced chi-square, 150 degrees of freedom")[0] == "6.25"
 
 
-def test_noise_declared_too_large_is_told_too(show):
-    calm = UNCERTAINTY | {"reduced_chi_square": 0.25}
-    part = show(identification=IDENTIFICATION, uncertainty=calm)
-    assert "2.0 times smaller than the instrument’s declared noise" in part.text
+@pytest.mark.parametrize(
+    ("removed", "words"), [(True, "were corrected for it"), (False, "Nothing was corrected")]
+)
+def test_drift_of_the_station_is_shown_with_what_was_done_about_it(show, removed, words):
+    drift = {"removed": removed, "largest_mm": 0.0342, "visits": [{}, {}, {}]}
+    part = show(identification=IDENTIFICATION | {"station_drift": drift}, uncertainty=UNCERTAINTY)
+    assert "0.034 mm" in part.text
+    assert words in part.text
 
 
 def test_a_fit_that_did_not_converge_is_warned_of(show):

@@ -8,6 +8,7 @@ from service.campaigns.models import CampaignKind, CampaignState
 from service.web import forms
 from service.web.words import WORDS
 
+RESIDUALS = ("before", "fit", "held_out", "random_folds", "blocked_folds")
 WEB = Path(service.web.__file__).parent
 SOURCES = [*WEB.glob("templates/*.html"), *WEB.glob("static/*.js"), *WEB.glob("*.py")]
 
@@ -29,7 +30,7 @@ def made_of_parts() -> set[str]:
         *(f"state_{state}" for state in CampaignState),
         *(f"purpose_{purpose}" for purpose in ("calibrate", "nominal", "compensated")),
         *(f"status_{status}" for status in ("identified", "fixed", "redundant")),
-        *(f"residuals_{rows}" for rows in ("before", "fit", "held_out")),
+        *(f"residuals_{rows}" for rows in RESIDUALS),
         *(f"verification_{rows}" for rows in ("before", "after")),
         *(f"download_{kind}" for kind in ("identification", "uncertainty", "verification")),
     }

@@ -20,7 +20,7 @@ def emulate(
             print(cell.note)
         print(f"robot:   driver {cell.robot_driver}, address {cell.robot_address}")
         print(f"tracker: driver {cell.tracker_driver}, address {cell.tracker_address}")
-        print("Ctrl+C ends it")
+        print("Ctrl+C ends it", flush=True)
         try:
             while True:
                 time.sleep(3600)

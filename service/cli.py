@@ -18,12 +18,14 @@ from service.commands.plan import plan
 from service.commands.predict import predict
 from service.commands.reproduce import reproduce
 from service.commands.serve import serve
+from service.commands.station import station
 from service.commands.uncertainty import uncertainty
 
 COMMANDS: tuple[Callable[..., None], ...] = (
     identify,
     diagnose,
     predict,
+    station,
     compensate,
     convert,
     export,

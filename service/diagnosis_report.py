@@ -70,7 +70,10 @@ def report_html(bundle: Bundle, found: Diagnosis) -> str:
         causes=[cause_text(named) for named in found.effects[:_MOST_CAUSES]],
         more=max(len(found.effects) - _MOST_CAUSES, 0),
         plot=residual_plot(found.residuals),
-        faults=[f"measurements.csv line {row.line}: {row.reason}" for row in found.outliers],
+        faults=[
+            *(f"{slip.report()} (mended before the diagnosis)" for slip in found.slips),
+            *(f"measurements.csv line {row.line}: {row.reason}" for row in found.outliers),
+        ],
         remains=[dependence.covariate for dependence in found.depends_on[:6]],
         between=found.next_poses.between,
         words=found.next_poses.words,

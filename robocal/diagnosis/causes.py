@@ -7,9 +7,8 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Instance
 from robocal.diagnosis.evidence import log_sum_exp
-from robocal.diagnosis.joint_fit import JointFit
+from robocal.diagnosis.linearised import Linearised
 from robocal.diagnosis.screen import screen
-from robocal.diagnosis.select import without
 
 P_NONE = 0.5
 """Prior probability that nothing more acts; [1]"""
@@ -60,9 +59,16 @@ def itself_or_nothing(instance: Instance, evidence: float) -> Naming:
     return Naming((Cause(instance, 1.0 - none),), none)
 
 
-def name_cause(rows: Circumstances, found: JointFit, position: int) -> Naming:
-    """Posterior over the catalogue for the place of one effect."""
-    rest = without(found, position)
+def name_cause(rows: Circumstances, rest: Linearised) -> Naming:
+    """Posterior over the catalogue for the place of one effect.
+
+    Parameters
+    ----------
+    rows
+        Circumstances of the rows of `rest`.
+    rest
+        The fit as it stands without the effect (`select.without`).
+    """
     groups = screen(rows, rest, rest.r[:, None])
     n_families = len({group.effect for group in groups})
     strengths: dict[tuple[str, int | None], list[float]] = {}
@@ -73,7 +79,7 @@ def name_cause(rows: Circumstances, found: JointFit, position: int) -> Naming:
         strengths.setdefault(key, []).append(log_sum_exp(weighted) - np.log(n_families))
         top = int(np.argmax(weighted))
         if key not in best or weighted[top] > best[key][0]:
-            best[key] = (float(weighted[top]), group.instances[top])
+            best[key] = (float(weighted[top]), group.candidate(top))
     logs = {key: log_sum_exp(np.array(values)) for key, values in strengths.items()}
     odds = np.log((1.0 - P_NONE) / P_NONE)
     everything = np.array([0.0, *(value + odds for value in logs.values())])

@@ -14,6 +14,10 @@ from robocal.robots.robot import LinkMass, Robot
 
 _G = 9.80665
 """Standard acceleration of gravity [m/s2]"""
+_LONG = 0.2
+"""Share of the longest link that counts as long; [1]"""
+TIP = "tip"
+"""The tool's place among those where unknown masses are thought to be."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +121,11 @@ class Circumstances:
         hand = tool.p + tool.x * t[0] + tool.y * t[1] + tool.z * t[2]
         return axes, points, hand
 
+    @property
+    def hand(self) -> Float[Array, "3 row"]:
+        """Where the payload is thought to hang, in the robot base [m]."""
+        return self._chain[2]
+
     def torque_of(
         self, joint: int, mass: Float[Array, "row"] | float, centre: Float[Array, "3 row"]
     ) -> Float[Array, "row"]:
@@ -131,9 +140,8 @@ class Circumstances:
     @cached_property
     def payload_torque(self) -> Float[Array, "joint row"]:
         """Gravity torque of the payload about every joint [Nm]; zero where it is not known."""
-        _, _, hand = self._chain
         mass = np.nan_to_num(self.payload)
-        return np.stack([self.torque_of(j, mass, hand) for j in range(self.n_joints)])
+        return np.stack([self.torque_of(j, mass, self.hand) for j in range(self.n_joints)])
 
     @cached_property
     def link_torque(self) -> Float[Array, "joint row"]:
@@ -163,6 +171,20 @@ class Circumstances:
         return centres
 
     @cached_property
+    def mass_places(self) -> dict[str, Float[Array, "3 row"]]:
+        """End of every long link by its number, and the tool's place, in the robot base [m]."""
+        geometry = self.robot.geometry
+        lengths = np.hypot(geometry.links[:, 1], geometry.links[:, 2])
+        places = {}
+        for link in np.flatnonzero(lengths > _LONG * lengths.max()):
+            part = KinematicModel(
+                geometry.links[: link + 1], geometry.prismatic[: link + 1], mount=geometry.mount
+            )
+            frame, _ = walk(part, self.joints[:, : link + 1])
+            places[str(link + 1)] = np.asarray(np.broadcast_to(frame.p, (3, len(self))))
+        return {**places, TIP: self.hand}
+
+    @cached_property
     def torque(self) -> Float[Array, "joint row"]:
         """Gravity torque of links and payload about every joint [Nm]."""
         return np.asarray(self.link_torque + self.payload_torque)
@@ -170,18 +192,22 @@ class Circumstances:
     @cached_property
     def moment(self) -> Float[Array, "3 row"]:
         """Overturning moment of links and payload about the base's origin [Nm]."""
-        force = self.gravity[:, None] * _G
-        _, _, hand = self._chain
-        total = np.cross(hand, force * np.nan_to_num(self.payload), axis=0)
+        total = self.moment_of(np.nan_to_num(self.payload), self.hand)
         for mass, centre in self.link_centres:
-            total = total + np.cross(centre, np.broadcast_to(force * mass, centre.shape), axis=0)
-        return np.asarray(total)
+            total = total + self.moment_of(mass, centre)
+        return total
+
+    def moment_of(
+        self, mass: Float[Array, "row"] | float, centre: Float[Array, "3 row"]
+    ) -> Float[Array, "3 row"]:
+        """Moment about the base's origin of the weight of a mass at points of the base [Nm]."""
+        force = np.broadcast_to(self.gravity[:, None] * (_G * mass), centre.shape)
+        return np.asarray(np.cross(centre, force, axis=0))
 
     def moment_about(self, point: Float[Array, "3 _"], behind: int) -> Float[Array, "3 row"]:
         """Moment of the payload and of the links behind link `behind` about a point [Nm]."""
         force = self.gravity[:, None] * _G
-        _, _, hand = self._chain
-        total = np.cross(hand - point, force * np.nan_to_num(self.payload), axis=0)
+        total = np.cross(self.hand - point, force * np.nan_to_num(self.payload), axis=0)
         for mass, centre in self.link_centres[behind + 1 :]:
             arm = centre - point
             total = total + np.cross(arm, np.broadcast_to(force * mass, arm.shape), axis=0)
@@ -190,11 +216,10 @@ class Circumstances:
     @cached_property
     def reach(self) -> Float[Array, "row"]:
         """Distance of the tool from axis 1 [m]."""
-        _, _, hand = self._chain
-        return np.asarray(np.hypot(hand[0], hand[1]))
+        return np.asarray(np.hypot(self.hand[0], self.hand[1]))
 
-    def rows(self, choice: Bool[Array, "row"]) -> "Circumstances":
-        """Some of the rows; their predecessors stay what they were."""
+    def rows(self, choice: Bool[Array, "row"] | Int[Array, "_"]) -> "Circumstances":
+        """Some of the rows, by mask or number; their predecessors stay what they were."""
         names = ["position", "joints", "previous", "lines", "time", "temperature", "payload"]
         names += ["speed", "settle", "approach"]
         return Circumstances(

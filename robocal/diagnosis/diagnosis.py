@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
+from robocal.data_faults.slip import Slip
 from robocal.diagnosis.causes import Naming
 from robocal.diagnosis.covariates import Dependence
 from robocal.diagnosis.extended import FittedEffect
@@ -96,6 +97,8 @@ class Diagnosis:
     bundle_sha256: str
     hidden: tuple[str, ...]
     """Effects that these data cannot show, each with what would."""
+    slips: tuple[Slip, ...] = ()
+    """Slips of the data that were mended before anything else."""
 
     @property
     def over_noise_floor(self) -> float:

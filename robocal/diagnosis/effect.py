@@ -8,7 +8,7 @@ kinematics with parameters of its own for every row.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -62,6 +62,7 @@ class Instance:
         return " ".join(parts)
 
 
+@runtime_checkable
 class Effect(Protocol):
     """A physical effect; one a file under `effects/`."""
 

@@ -12,10 +12,10 @@ from numpy import ndarray as Array
 
 
 def log_bayes_factor(
-    M: Float[Array, "*stack k k"],
-    b: Float[Array, "*stack k"],
-    prior_std: Float[Array, "*stack k"],
-) -> Float[Array, "*stack"]:
+    M: Float[Array, "*#stack k k"],
+    b: Float[Array, "*#stack k"],
+    prior_std: Float[Array, "*#stack k"],
+) -> Float[Array, "*_"]:
     """Log Bayes factors of a stack of candidates with equally many coefficients."""
     scaled = M * prior_std[..., :, None] * prior_std[..., None, :]
     inner = np.eye(M.shape[-1]) + scaled
@@ -25,9 +25,7 @@ def log_bayes_factor(
     return np.asarray(fit - 0.5 * np.linalg.slogdet(inner)[1])
 
 
-def chi_square(
-    M: Float[Array, "*stack k k"], b: Float[Array, "*stack k"]
-) -> Float[Array, "*stack"]:
+def chi_square(M: Float[Array, "*#stack k k"], b: Float[Array, "*#stack k"]) -> Float[Array, "*_"]:
     """Score statistic b' M^-1 b; columns that the model already spans count nothing."""
     scale = np.sqrt(np.maximum(np.einsum("...kk->...k", M), 1e-300))
     scaled = M / (scale[..., :, None] * scale[..., None, :])

@@ -6,8 +6,6 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from robocal.diagnosis.linearised import Linearised
-
 _RESAMPLES = 2000
 _FOLDS = 5
 _SEED = 1
@@ -58,27 +56,3 @@ def blocks_of(pose: Int[Array, "row"]) -> Int[Array, "row"]:
     """Runs of poses in file order, as folds."""
     _, first, number = np.unique(pose, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[number] * _FOLDS // len(first)
-
-
-def left_out_residuals(fit: Linearised, fold_of_row: Int[Array, "row"]) -> Float[Array, "scalar"]:
-    """Whitened residual of every scalar, predicted without its fold; to first order."""
-    A, precision = fit.known, fit.precision
-    gram = A.T @ A + np.diag(precision)
-    score = A.T @ fit.r
-    out = np.empty(len(fit.r))
-    for fold in np.unique(fold_of_row):
-        inside = (fold_of_row == fold)[fit.row]
-        own = A[inside]
-        rest = gram - own.T @ own
-        scale = 1.0 / np.sqrt(np.diag(rest) + 1e-300)
-        # At the minimum the whole score is the prior's; without the fold its own part is missing.
-        pull = (score - own.T @ fit.r[inside]) - score
-        step = np.linalg.solve(rest * np.outer(scale, scale), pull * scale) * scale
-        out[inside] = fit.r[inside] - own @ step
-    return out
-
-
-def row_sizes(fit: Linearised, r: Float[Array, "scalar"]) -> Float[Array, "row"]:
-    """Root of the mean square of each row's whitened residual."""
-    first = np.searchsorted(fit.row, np.arange(fit.n_rows))
-    return np.asarray(np.sqrt(np.add.reduceat(r * r, first)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from robocal.diagnosis.catalogue import EFFECTS
@@ -71,6 +71,15 @@ class JointFit:
         alarm, and where structure is plentiful selection ends when it is within the remainder.
         """
         return float(np.sqrt(max(1.0, self.chi_square / self.nu))) if self.nu > 0 else 1.0
+
+    def columns_without(self, position: int) -> Bool[Array, "unknown"]:
+        """The unknowns that are left when one effect is taken out."""
+        n_free = len(self.fit.free)
+        sizes = [len(f.instance.coefficients) for f in self.effects]
+        first = n_free + sum(sizes[:position])
+        kept: Bool[Array, "unknown"] = np.ones(n_free + sum(sizes), dtype=bool)
+        kept[first : first + sizes[position]] = False
+        return kept
 
     def evidence_of_effects(self) -> Float[Array, "effect"]:
         r"""Log Bayes factor of each effect given all the others.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from robocal.diagnosis.effect import Moves
@@ -56,6 +56,15 @@ class Linearised:
         return int(self.row.max()) + 1
 
     @cached_property
+    def first_scalar(self) -> Int[Array, "row"]:
+        """Where each row begins."""
+        return np.searchsorted(self.row, np.arange(self.n_rows))
+
+    def row_sums(self, values: Float[Array, "scalar column"]) -> Float[Array, "row column"]:
+        """Sums over the scalars of each row."""
+        return np.asarray(np.add.reduceat(values, self.first_scalar, axis=0))
+
+    @cached_property
     def known(self) -> Float[Array, "scalar column"]:
         """Columns of everything in the model."""
         return np.concatenate([self.W[self.free].T, self.more], axis=1)
@@ -78,6 +87,8 @@ class Linearised:
 
     def in_units_of(self, scale: float) -> "Linearised":
         """The same with the noise `scale` times the declared one."""
+        if scale == 1.0:
+            return self
         return Linearised(
             W=self.W / scale,
             row=self.row,
@@ -85,6 +96,21 @@ class Linearised:
             prior_precision=self.prior_precision,
             r=self.r / scale,
             more=self.more / scale,
+            more_precision=self.more_precision,
+        )
+
+    def some_rows(self, chosen: Bool[Array, "row"]) -> "Linearised":
+        """The scalars of some rows, which need not be a minimum for them."""
+        if chosen.all():
+            return self
+        scalars = chosen[self.row]
+        return Linearised(
+            W=self.W[:, scalars],
+            row=(np.cumsum(chosen) - 1)[self.row[scalars]],
+            free=self.free,
+            prior_precision=self.prior_precision,
+            r=self.r[scalars],
+            more=self.more[scalars],
             more_precision=self.more_precision,
         )
 

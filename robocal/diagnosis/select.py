@@ -15,9 +15,12 @@ from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Instance
 from robocal.diagnosis.effects.gear_harmonic import GearHarmonic
 from robocal.diagnosis.evidence import log_bayes_factor, log_sum_exp
+from robocal.diagnosis.group import Group
 from robocal.diagnosis.joint_fit import JointFit, fit_jointly
 from robocal.diagnosis.linearised import Linearised
-from robocal.diagnosis.screen import Group, score_orders, screen, total_evidence
+from robocal.diagnosis.order_sweep import score_orders
+from robocal.diagnosis.screen import screen, total_evidence
+from robocal.diagnosis.thinning import evenly
 from robocal.identification.cell_model import CellModel
 from robocal.identification.strategy import Problem
 
@@ -25,6 +28,12 @@ _ALIKE = 0.3
 """Candidates of one round must be less alike than this (cosine after projection); [1]"""
 _ROUND_SHARE = 0.05
 """Candidates of one round need this share of the best one's evidence; [1]"""
+_MOST_SCREENED = 2000
+"""Rows that choose; more are thinned out evenly; [1]"""
+_ROUNDS_ON_ALL = 3
+"""Rounds of selection on all rows after that; [1]"""
+_SEARCHED = 3
+"""A group of harmonics with so many candidates is a grid of orders; [1]"""
 _CERTAIN = 30.0
 """Only rounds with this much evidence take several candidates at once; [1]"""
 
@@ -42,15 +51,33 @@ class Limits:
 def select_effects(
     problem: Problem, start: CellModel, rows: Circumstances, limits: Limits
 ) -> JointFit:
-    """The effects that the rows speak for, fitted together with the geometry."""
-    found = fit_jointly(problem, start, rows, ())
+    """The effects that the rows speak for, fitted together with the geometry.
+
+    Where there are many rows an even share of them chooses most effects; all of them decide what
+    stays and what else shows.
+    """
+    few = evenly(len(rows), _MOST_SCREENED)
+    some = replace(problem, rows=problem.rows.choose(few))
+    some_rows = rows.rows(few)
+    found = _grow(some, some_rows, fit_jointly(some, start, some_rows, ()), limits, limits.most)
+    if few.all():
+        return found
+    instances = tuple(fitted.instance for fitted in found.effects)
+    found = fit_jointly(problem, found.cell, rows, instances, found.effects)
+    return _grow(problem, rows, found, limits, _ROUNDS_ON_ALL)
+
+
+def _grow(
+    problem: Problem, rows: Circumstances, found: JointFit, limits: Limits, rounds: int
+) -> JointFit:
+    """Forward with a joint fit after each round, and a backward look at every effect."""
     refused: set[Instance] = set()
-    while len(found.effects) < limits.most:
+    for _ in range(rounds):
+        room = limits.most - len(found.effects)
         fit = found.judged
         groups = screen(rows, fit, fit.r[:, None])
-        if total_evidence(groups)[0] <= limits.threshold:
+        if room <= 0 or total_evidence(groups)[0] <= limits.threshold:
             break
-        room = limits.most - len(found.effects)
         fresh = [i for i in _best(rows, fit, groups)[:room] if i not in refused]
         if not fresh:
             break
@@ -66,15 +93,21 @@ def select_effects(
     return found
 
 
-def without(found: JointFit, position: int) -> Linearised:
-    """The linear fit as it would stand without one effect, the rest refitted."""
-    fit = found.judged
-    first = sum(len(f.instance.coefficients) for f in found.effects[:position])
-    part = slice(first, first + len(found.effects[position].instance.coefficients))
-    X = fit.more[:, part]
-    kept = np.ones(fit.more.shape[1], dtype=bool)
-    kept[part] = False
-    rest = replace(fit, more=fit.more[:, kept], more_precision=fit.more_precision[kept])
+def without(found: JointFit, fit: Linearised, position: int) -> Linearised:
+    """The linear fit as it would stand without one effect, the rest refitted.
+
+    Parameters
+    ----------
+    found
+        The model.
+    fit
+        `found.judged`, or some rows of it.
+    position
+        Of the effect.
+    """
+    extra = found.columns_without(position)[len(fit.free) :]
+    X = fit.more[:, ~extra]
+    rest = replace(fit, more=fit.more[:, extra], more_precision=fit.more_precision[extra])
     r = fit.r + X @ found.effects[position].values
     return replace(rest, r=r - rest.basis @ (rest.basis.T @ r))
 
@@ -113,16 +146,16 @@ def _best(rows: Circumstances, fit: Linearised, groups: list[Group]) -> list[Ins
 
 def refine(rows: Circumstances, fit: Linearised, group: Group, best: int) -> Instance:
     """The best candidate of a group, its order refined between the points of the grid."""
-    instance = group.instances[best]
+    instance = group.candidate(best)
     effect = EFFECTS[instance.effect]
-    if not isinstance(effect, GearHarmonic) or len(group.instances) < 3 or instance.joint is None:
+    if not isinstance(effect, GearHarmonic) or len(group.b) < _SEARCHED or instance.joint is None:
         return instance
-    orders = np.array([candidate.argument("order") for candidate in group.instances])
-    width = float(orders[1] - orders[0])
+    first, second = (group.candidate(position).argument("order") for position in (0, 1))
+    width = second - first
     fine = instance.argument("order") + np.linspace(-width, width, 41)
-    fine = fine[fine > 0.25 * orders[0]]
-    M, b = score_orders(rows, fit, fit.r[:, None], instance.joint, fine)
-    evidence = log_bayes_factor(M[:, None], b, instance.prior_std)[:, 0]
+    fine = fine[fine > 0.25 * first]
+    M, b = score_orders(rows, fit, instance.joint, fine)
+    evidence = log_bayes_factor(M, b, instance.prior_std[None])
     return effect.at(instance.joint, _plain(float(fine[int(np.argmax(evidence))]), fine, evidence))
 
 

@@ -95,6 +95,15 @@ def _gain(gain: Gain) -> dict[str, object]:
 
 def _faults(diagnosis: Diagnosis) -> list[dict[str, object]]:
     """Faults of the data, not of the robot."""
-    if not diagnosis.outliers:
-        return []
-    return [{"fault": "outlier", "lines": [row.line for row in diagnosis.outliers]}]
+    faults: list[dict[str, object]] = [
+        {
+            "fault": slip.fault.value,
+            "lines": list(slip.lines),
+            "columns": list(slip.columns),
+            "mend": slip.report(),
+        }
+        for slip in diagnosis.slips
+    ]
+    if diagnosis.outliers:
+        faults.append({"fault": "outlier", "lines": [row.line for row in diagnosis.outliers]})
+    return faults

@@ -11,9 +11,14 @@ from robocal.diagnosis.effect import (
     Instance,
     Moves,
     base_index,
-    column,
+)
+from robocal.diagnosis.unknown_masses import (
+    moments_of_unit_masses,
+    point_of,
+    unit_mass_coefficients,
 )
 
+_TILT = "tilt_rad_per_nm"
 PRIOR = 4e-6
 """1 to 10 microradian a newton metre [rad/Nm]"""
 LEAST_MOMENT = 0.1
@@ -28,15 +33,26 @@ class BaseCompliance:
         "tighten the bolts of the base plate, stiffen the pedestal, and put a nest on the base "
         "plate to watch it"
     )
-    needs = "link masses in robot.yaml, or payload_kg"
+    needs = ""
 
     def instances(self, rows: Circumstances) -> list[Instance]:
         """Every place where it could act."""
-        if np.ptp(rows.moment[:2]) < LEAST_MOMENT:
+        coefficients: tuple[Coefficient, ...] = (Coefficient(_TILT, PRIOR),)
+        if rows.robot.masses is None:
+            loads = {n: load[:2] for n, load in moments_of_unit_masses(rows).items()}
+            unknown = unit_mass_coefficients("tilt", PRIOR, loads, LEAST_MOMENT)
+            coefficients = (*unknown, *coefficients) if rows.has_payload else unknown
+        elif np.ptp(rows.moment[:2]) < LEAST_MOMENT:
             return []
-        return [Instance(self.name, None, (), (Coefficient("tilt_rad_per_nm", PRIOR),))]
+        return [Instance(self.name, None, (), coefficients)] if coefficients else []
 
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:
         """Changes of the parameters for coefficients of one."""
+        points = [point_of(coefficient) for coefficient in instance.coefficients]
+        loads = moments_of_unit_masses(rows) if any(points) else {}
+        moments = [loads[point] if point else rows.moment for point in points]
         first = base_index(rows)
-        return {first + 5: column(rows.moment[0]), first + 4: column(rows.moment[1])}
+        return {
+            first + 5: np.stack([moment[0] for moment in moments], axis=1),
+            first + 4: np.stack([moment[1] for moment in moments], axis=1),
+        }

@@ -2,10 +2,12 @@
 
 delta q_j = A cos(k q_j) + B sin(k q_j), with the order k in cycles a turn: 1 and 2 for eccentric
 gears and encoders, twice the ratio for a strain wave gear. Orders are searched, not listed; see
-`periodogram.py`.
+`order_sweep.py`.
 """
 
 import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
 
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Coefficient, Instance, Moves, revolute_joints, theta
@@ -34,9 +36,13 @@ class GearHarmonic:
 
     def at(self, joint: int, order: float) -> Instance:
         """The instance of a joint and order."""
-        prior = PRIOR_LOW if order <= LOW_ORDER else PRIOR_HIGH
+        prior = float(self.prior_at(np.array([order]))[0])
         coefficients = (Coefficient("cosine_rad", prior), Coefficient("sine_rad", prior))
         return Instance(self.name, joint, (("order", order),), coefficients)
+
+    def prior_at(self, orders: Float[Array, "order"]) -> Float[Array, "order"]:
+        """Standard deviation of both coefficients at these orders [rad]."""
+        return np.where(orders <= LOW_ORDER, PRIOR_LOW, PRIOR_HIGH)
 
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:
         """Cosine and sine of the order times the reading."""

@@ -1,7 +1,7 @@
 """A joint yields to the gravity torque of links and payload.
 
-delta q_j = c tau_j(q, payload): the gear behaves as a torsional spring. Without link masses only
-the payload's torque is known, and the effect is the same as `payload_compliance`.
+delta q_j = c tau_j(q, payload): the gear behaves as a torsional spring. Without link masses the
+torque has one unknown number for the end of every long link; see `unknown_masses.py`.
 """
 
 import numpy as np
@@ -11,11 +11,16 @@ from robocal.diagnosis.effect import (
     Coefficient,
     Instance,
     Moves,
-    column,
     revolute_joints,
     theta,
 )
+from robocal.diagnosis.unknown_masses import (
+    point_of,
+    torques_of_unit_masses,
+    unit_mass_coefficients,
+)
 
+_COMPLIANCE = "compliance_rad_per_nm"
 PRIOR = 2e-5
 """Small arms and cobots: 10 to 100 microradian a newton metre, large ones less [rad/Nm]"""
 LEAST_TORQUE = 0.05
@@ -30,20 +35,31 @@ class JointCompliance:
         "stiffness of the joint's gear: compare with its data sheet; compensate with this model, "
         "or reduce the load"
     )
-    needs = "link masses in robot.yaml"
+    needs = ""
 
     def instances(self, rows: Circumstances) -> list[Instance]:
         """Every place where it could act."""
-        if rows.robot.masses is None:
-            return []
-        coefficient = Coefficient("compliance_rad_per_nm", PRIOR)
-        return [
-            Instance(self.name, joint, (), (coefficient,))
+        found = [
+            Instance(self.name, joint, (), self._coefficients(rows, joint))
             for joint in revolute_joints(rows)
-            if np.ptp(rows.torque[joint - 1]) > LEAST_TORQUE
         ]
+        return [instance for instance in found if instance.coefficients]
+
+    def _coefficients(self, rows: Circumstances, joint: int) -> tuple[Coefficient, ...]:
+        """One where the masses are stated, else one for every place of an unknown mass."""
+        if rows.robot.masses is not None:
+            loaded = np.ptp(rows.torque[joint - 1]) > LEAST_TORQUE
+            return (Coefficient(_COMPLIANCE, PRIOR),) if loaded else ()
+        loads = torques_of_unit_masses(rows, joint)
+        unknown = unit_mass_coefficients("compliance", PRIOR, loads, LEAST_TORQUE)
+        known = (Coefficient(_COMPLIANCE, PRIOR),) if rows.has_payload else ()
+        return (*unknown, *known) if unknown else ()
 
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:
         """Changes of the parameters for coefficients of one."""
         assert instance.joint is not None
-        return {theta(instance.joint, rows): column(rows.torque[instance.joint - 1])}
+        points = [point_of(coefficient) for coefficient in instance.coefficients]
+        loads = torques_of_unit_masses(rows, instance.joint) if any(points) else {}
+        torque = rows.torque[instance.joint - 1]
+        patterns = [loads[point] if point else torque for point in points]
+        return {theta(instance.joint, rows): np.stack(patterns, axis=1)}

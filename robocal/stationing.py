@@ -1,0 +1,138 @@
+"""A calibrated robot taken to another station: base and tool fitted to a few poses, the rest kept.
+
+What the robot itself does (geometry, gears, stiffness) goes with it; what belonged to the earlier
+session does not: drift and steps of station and tool, the instrument, warming up by the clock. A
+joint zero that jumped stays where it jumped to.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+
+from robocal.calibrated import CalibratedRobot, Provenance
+from robocal.diagnosis.circumstances import Circumstances
+from robocal.diagnosis.extended import FittedEffect
+from robocal.diagnosis.joint_fit import whitened_residual
+from robocal.diagnosis.linearised import linearise
+from robocal.formats.bundle import Bundle
+from robocal.identification.cell_model import CellModel
+from robocal.identification.identify import Prepared, prepare
+from robocal.identification.observations import Observations
+from robocal.identification.priors import Choices
+from robocal.identification.simultaneous import identify_simultaneously
+from robocal.identification.solve import frames_alone
+from robocal.measurements import MeasurementSet
+
+OF_THE_SESSION = frozenset({
+    "base_drift",
+    "base_step",
+    "tool_step",
+    "warm_up",
+    "instrument_scale",
+    "instrument_angle",
+})
+_STEPS = 8
+_STANDSTILL = 1e-9
+"""[m, rad]"""
+
+
+@dataclass(frozen=True)
+class Stationed:
+    """The robot at its new station, and how well it fits there."""
+
+    calibrated: CalibratedRobot
+    distance: Float[Array, "row"]
+    """Of every row's target from its prediction [m]."""
+    held_out: Bool[Array, "row"]
+    left_behind: tuple[str, ...]
+    """Effects of the earlier session, which the new model lacks."""
+
+    def rms(self, *, held_out: bool) -> float:
+        """Of the distances of one kind of rows [m]; NaN without any."""
+        chosen = self.distance[self.held_out == held_out]
+        return float(np.sqrt(np.mean(chosen**2))) if len(chosen) else float("nan")
+
+
+def station(calibrated: CalibratedRobot, bundle: Bundle, provenance: Provenance) -> Stationed:
+    """Fit base and tool alone to the fit rows of a bundle of single-target poses.
+
+    Parameters
+    ----------
+    calibrated
+        As learnt elsewhere.
+    bundle
+        The same robot, measured where it stands now.
+    provenance
+        Of the new model.
+
+    Raises
+    ------
+    BadInput
+        If the rows do not show base and tool.
+    """
+    kept = tuple(f for f in calibrated.effects if f.instance.effect not in OF_THE_SESSION)
+    robot = replace(
+        bundle.robot,
+        geometry=replace(bundle.robot.geometry, links=_links_now(calibrated)),
+    )
+    lasting = tuple(f for f in kept if f.instance.effect != "encoder_step")
+    ready = prepare(replace(bundle, robot=robot), Choices())
+    rows = ready.observe(bundle, ~ready.rows.held_out)
+    cell = frames_alone(ready.start, rows, ready.choices, identify_simultaneously).cell
+    moved, covariance = _fit_frames(calibrated, ready, rows, cell, lasting)
+    gone = [f for f in calibrated.effects if f.instance.effect in OF_THE_SESSION]
+    there = replace(
+        calibrated,
+        model=moved.geometry.with_frames_as_origin(),
+        covariance=covariance,
+        gravity=bundle.gravity,
+        provenance=provenance,
+        effects=lasting,
+    )
+    T = there.poses_of(ready.rows)
+    distance = np.linalg.norm(ready.rows.position - T[:, :3, 3], axis=1)
+    names = tuple(fitted.instance.title for fitted in gone)
+    return Stationed(there, distance, ready.rows.held_out, names)
+
+
+def _links_now(calibrated: CalibratedRobot) -> Float[Array, "joint 5"]:
+    """Links with the joint zeros where they were at the end of the earlier session."""
+    links = calibrated.model.links.copy()
+    for fitted in calibrated.effects:
+        joint = fitted.instance.joint
+        if fitted.instance.effect == "encoder_step" and joint is not None:
+            links[joint - 1, int(calibrated.model.prismatic[joint - 1])] += fitted.values[0]
+    return links
+
+
+def _fit_frames(
+    calibrated: CalibratedRobot,
+    ready: Prepared,
+    rows: Observations,
+    cell: CellModel,
+    effects: tuple[FittedEffect, ...],
+) -> tuple[CellModel, Float[Array, "parameter parameter"]]:
+    """Gauss-Newton over the frames with the effects acting."""
+    n = cell.geometry.n_parameters
+    free = np.arange(n - 12, n if rows.has_orientation else n - 3)
+    around = _around(calibrated, cell, ready.rows.rows(~ready.rows.held_out))
+    for _ in range(_STEPS):
+        fit = linearise(cell, rows, free, np.zeros(len(free)))
+        residual = whitened_residual(cell, rows, around, effects)
+        step = np.linalg.lstsq(fit.known, residual, rcond=None)[0]
+        vector = cell.vector
+        vector[free] += step
+        cell = cell.with_vector(vector)
+        if (np.abs(step) < _STANDSTILL).all():
+            break
+    covariance = calibrated.covariance.copy()
+    covariance[-12:] = covariance[:, -12:] = 0.0
+    covariance[np.ix_(free, free)] = np.linalg.pinv(fit.known.T @ fit.known)
+    return cell, covariance
+
+
+def _around(calibrated: CalibratedRobot, cell: CellModel, rows: MeasurementSet) -> Circumstances:
+    model = cell.geometry.with_frames_as_origin()
+    return replace(calibrated, model=model).circumstances_of(rows)

@@ -1,0 +1,165 @@
+"""Hidden effects are found in bundles that the emulated world wrote, and told in three files."""
+
+import csv
+import json
+import re
+import subprocess
+import sys
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.blind.truth import Truth, read_truth
+from tests.blind.verdict import Verdict, read_verdict
+
+ROOT = Path(__file__).parents[3]
+ROBOT = ROOT / "tests" / "blind" / "robots" / "staubli_tx60_with_masses.yaml"
+SIZE = "3"
+HIDDEN = (
+    "joint_compliance",
+    "payload_compliance",
+    "link_bending",
+    "base_compliance",
+    "gear_harmonic",
+    "encoder_gain",
+    "joint_coupling",
+    "backlash",
+    "load_backlash",
+    "settling",
+    "thermal_expansion",
+    "joint_thermal_drift",
+    "warm_up",
+    "base_drift",
+    "base_step",
+    "tool_step",
+    "encoder_step",
+    "instrument_angle",
+)
+FIELDS = {
+    "verdict",
+    "lack_of_fit",
+    "effects",
+    "data_faults",
+    "depends_on",
+    "gain",
+    "noise_floor_mm",
+    "next_poses",
+}
+EFFECT_FIELDS = {
+    "effect",
+    "probability",
+    "parameters",
+    "explained_fraction",
+    "confusable_with",
+    "gain",
+}
+GAIN_FIELDS = {"held_out_rms_before_mm", "held_out_rms_after_mm", "reduction", "ci95"}
+
+
+@pytest.fixture(scope="module")
+def hide(tmp_path_factory):
+    """Write a bundle with something hidden; give its folder and the truth."""
+
+    @cache
+    def written(kind: str, effect: str = "", seed: int = 7) -> tuple[Path, Truth]:
+        folder = tmp_path_factory.mktemp(effect or kind)
+        program = [sys.executable, "-m", "drivers.emulators.dataset", "--robot", str(ROBOT)]
+        places = ["--out", str(folder), "--truth", str(folder / "truth")]
+        kinds = ["--kind", kind, "--seed", str(seed), "--size", SIZE]
+        chosen = ["--effect", effect] if effect else []
+        subprocess.run([*program, *places, *kinds, *chosen], cwd=ROOT, check=True)
+        return folder / "0000", read_truth(folder / "truth" / "0000.json")
+
+    return written
+
+
+def diagnosed(call, bundle: Path, out: Path) -> Verdict:
+    status, _, complaint = call("diagnose", bundle, "--out", out)
+    assert (status, complaint) == (0, "")
+    return read_verdict(out)
+
+
+@pytest.mark.parametrize("effect", HIDDEN)
+def test_an_effect_injected_alone_is_named_first_with_its_joint(call, hide, tmp_path, effect):
+    bundle, truth = hide("one", effect)
+    verdict = diagnosed(call, bundle, tmp_path)
+    assert verdict.named[0].cause.is_(truth.main[0]), verdict
+
+
+def test_clean_data_name_nothing(call, hide, tmp_path):
+    bundle, _ = hide("clean")
+    verdict = diagnosed(call, bundle, tmp_path)
+    assert verdict.word == "model_adequate"
+    assert not verdict.named
+
+
+def columns(path: Path) -> dict[str, np.ndarray]:
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def test_predict_uses_the_effects_of_the_written_model(call, hide, tmp_path):
+    """Held-out rows, predicted by a second program run from model.yaml alone."""
+    bundle, truth = hide("one", "payload_compliance")
+    diagnosed(call, bundle, tmp_path)
+    assert yaml.safe_load((tmp_path / "model.yaml").read_text())["effects"]
+    out = tmp_path / "poses.csv"
+    status, _, complaint = call(
+        "predict", tmp_path / "model.yaml", bundle / "measurements.csv", "--out", out
+    )
+    assert (status, complaint) == (0, "")
+    measured, predicted = columns(bundle / "measurements.csv"), columns(out)
+    check = measured["split"] == "check"
+    miss = np.stack([
+        measured[name].astype(float) - predicted[name].astype(float)
+        for name in ("x_mm", "y_mm", "z_mm")
+    ])[:, check]
+    rms = float(np.sqrt((miss**2).sum(axis=0).mean()))
+    gain = json.loads((tmp_path / "diagnosis.json").read_text())["gain"]
+    # poses.csv rounds to a hundredth of a micrometre.
+    assert rms == pytest.approx(gain["held_out_rms_after_mm"], rel=1e-4)
+    assert rms < 1.3 * truth.noise_floor_mm < gain["held_out_rms_before_mm"]
+
+
+def test_the_document_has_the_shape_of_the_contract(call, hide, tmp_path):
+    bundle, _ = hide("one", "gear_harmonic")
+    diagnosed(call, bundle, tmp_path)
+    document = json.loads((tmp_path / "diagnosis.json").read_text())
+    assert document.keys() >= FIELDS
+    assert document["lack_of_fit"].keys() == {"statistic", "p_value"}
+    assert document["gain"].keys() >= GAIN_FIELDS
+    for entry in document["effects"]:
+        assert entry.keys() >= EFFECT_FIELDS
+        assert entry["gain"].keys() >= GAIN_FIELDS
+        assert 0.0 <= entry["probability"] <= 1.0
+        assert all(value.keys() >= {"value", "std"} for value in entry["parameters"].values())
+
+
+class Page(HTMLParser):
+    """Collects what a page would load from elsewhere."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loads: list[str] = []
+        self.tags: set[str] = set()
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.add(tag)
+        self.loads += [value for name, value in attrs if name in {"src", "href"} and value]
+
+
+def test_the_report_is_one_file_that_loads_nothing(call, hide, tmp_path):
+    bundle, truth = hide("one", "backlash")
+    diagnosed(call, bundle, tmp_path)
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    page = Page()
+    page.feed(text)
+    assert all(target.startswith(("#", "data:")) for target in page.loads)
+    assert not re.search(r"url\((?!['\"]?data:)", text)
+    assert "svg" in page.tags
+    assert f"J{truth.main[0].joint}" in text

@@ -69,6 +69,13 @@ class Profile:
             raise self.wrong(name, f"is {value!r} and not a list of whole numbers")
         return tuple(value)
 
+    def words(self, name: str) -> tuple[str, ...]:
+        """Read a field that must be a list of words."""
+        value = self._value(name)
+        if not isinstance(value, list) or any(not isinstance(entry, str) for entry in value):
+            raise self.wrong(name, f"is {value!r} and not a list of words")
+        return tuple(value)
+
     def words_by_code(self, name: str) -> dict[int, str]:
         """Read a field that must map whole numbers to words."""
         value = self._value(name)

@@ -21,6 +21,7 @@ TRACKERS = {
     "geocom": "drivers.devices.geocom:GeoComTracker",
     "mock": "drivers.devices.mock_tracker:MockTracker",
     "ndi": "drivers.devices.ndi:NdiTracker",
+    "relay": "drivers.devices.relay:RelayTracker",
 }
 """Each is called with (address)."""
 

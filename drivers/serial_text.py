@@ -92,6 +92,12 @@ class SerialText:
                 self._wait_for_silence(command, port)
             port.read(port.in_waiting)
 
+    def forget_stream(self, command: str) -> None:
+        """Throw away what was received until now, on a line that is never silent by nature."""
+        with self._use(command) as port:
+            port.read(port.in_waiting)
+            self._doubtful = False
+
     def doubt(self) -> None:
         """Say that the last line was not what it should be."""
         self._doubtful = True

@@ -23,8 +23,8 @@ T = TypeVar("T")
 READ_ATTEMPTS = 3
 LARGEST_LINE = 1 << 20
 """A line longer than this is no reply of any device here [bytes]."""
-LONGEST_NOISE_S = 10.0
-"""A serial line that has not been silent for so long will not be [s]."""
+PATIENCE = 3.0
+"""How many times as long as it should be silent a line is listened to."""
 LATE_REPLIES = 2.0
 """After a missing reply the line must be silent for so many times the longest reply."""
 EIGHT_BITS = "8N1"
@@ -108,7 +108,7 @@ def wait_for_silence(port: serial.Serial, quiet_s: float) -> bytes:
     Where replies carry no number, a late one can only be told from the next by waiting until no
     late one can be left: choose `quiet_s` longer than the device may take beyond its time.
     """
-    end = time.monotonic() + LONGEST_NOISE_S
+    end = time.monotonic() + PATIENCE * quiet_s
     quiet_at = time.monotonic() + quiet_s
     while (now := time.monotonic()) < quiet_at:
         received = port.read(port.in_waiting or 1)

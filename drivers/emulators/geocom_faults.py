@@ -3,6 +3,8 @@
 ``{"fault": "late_reply", "delay_s": 0.6}``, ``{"fault": "silence"}``, ``{"fault": "cut_reply"}``,
 ``{"fault": "wrong_checksum"}``, ``{"fault": "noise"}``, ``{"fault": "code", "code": 1285}``; with
 ``"replies": n`` for the next n replies (default 1) and ``"rpc": n`` for that procedure only.
+``{"fault": "wrong_id"}`` (another transaction's number), ``{"fault": "frozen"}`` (the reply before
+once more), ``{"fault": "unplugged"}`` and ``{"fault": "plugged"}`` (the cable; needs a link).
 ``{"fault": "none"}`` clears. Each line is acknowledged by one line of JSON on standard output.
 """
 
@@ -10,7 +12,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-KINDS = ("none", "late_reply", "silence", "cut_reply", "wrong_checksum", "noise", "code")
+CABLE_KINDS = ("unplugged", "plugged")
+KINDS = (
+    "none",
+    "late_reply",
+    "silence",
+    "cut_reply",
+    "wrong_checksum",
+    "wrong_id",
+    "frozen",
+    "noise",
+    "code",
+    *CABLE_KINDS,
+)
 NOISE = b"\xff\x00~R1P,,:\r\n"
 
 
@@ -39,8 +53,10 @@ class Fault:
         """Return the fault with one reply less to spoil."""
         return replace(self, replies=self.replies - 1)
 
-    def spoil(self, line: bytes) -> bytes:
-        """Return the bytes that go out in place of `line`."""
+    def spoil(self, line: bytes, before: bytes) -> bytes:
+        """Return the bytes that go out in place of `line`; `before` is the reply before it."""
+        if self.fault == "frozen":
+            return before
         if self.fault == "silence":
             return b""
         if self.fault == "cut_reply":

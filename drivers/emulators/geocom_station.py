@@ -11,9 +11,10 @@ import argparse
 import asyncio
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
-from drivers.emulators.geocom_faults import Fault
+from drivers.emulators.geocom_faults import CABLE_KINDS, NOISE, Fault
 from drivers.emulators.geocom_instrument import Station
 from drivers.emulators.geocom_wire import (
     ABORT_MOTION,
@@ -25,40 +26,48 @@ from drivers.emulators.geocom_wire import (
     reply_line,
 )
 from drivers.emulators.process import report_ready, until_stdin_closes
-from drivers.emulators.serial_line import SerialLine, serial_port
+from drivers.emulators.serial_instrument import cut_lines
+from drivers.emulators.serial_plug import SerialPlug
 from drivers.emulators.world_link import WorldLink
+
+BAUD = 115200
 
 
 class Conversation:
     """Requests answered in turn, with the faults that were asked for."""
 
-    def __init__(self, line: SerialLine, station: Station) -> None:
-        self._line = line
+    def __init__(self, station: Station, link: Path | None) -> None:
         self._station = station
         self._fault = Fault()
+        self._requests: asyncio.Queue[bytes] = asyncio.Queue()
+        self._pending = b""
+        self._before = b""
+        self.plug = SerialPlug(BAUD, link, self._hear, lambda: self.plug.send(NOISE))
 
     def switch_fault(self, order: str) -> None:
         """Follow one line of standard input and acknowledge it."""
         try:
-            self._fault = Fault(**json.loads(order))
-            acknowledgement = {"ok": True, "fault": self._fault.fault}
-        except (TypeError, ValueError) as fault:
-            acknowledgement = {"ok": False, "message": str(fault)}
+            fault = Fault(**json.loads(order))
+        except (TypeError, ValueError) as problem:
+            acknowledgement = {"ok": False, "message": str(problem)}
+        else:
+            self._switch(fault)
+            acknowledgement = {"ok": True, "fault": fault.fault}
         sys.stdout.write(json.dumps(acknowledgement) + "\n")
         sys.stdout.flush()
 
     async def run(self) -> None:
         """Answer until cancelled."""
         while True:
-            raw = await self._line.next_line()
+            raw = await self._requests.get()
             if raw == ABORT_MOTION:
-                self._line.send(b"?" + LINE_END)
+                self.plug.send(b"?" + LINE_END)
                 continue
             try:
                 request = read_request(raw)
             except RequestError as fault:
                 unknown = Request(0, fault.transaction, checked=False, parameters=())
-                self._line.send(reply_line(fault.code, unknown, Reply(0)))
+                self.plug.send(reply_line(fault.code, unknown, Reply(0)))
                 continue
             await self._answer(request)
 
@@ -66,30 +75,43 @@ class Conversation:
         communication, reply = await self._station.answer(request)
         fault = self._fault
         if not fault.hits(request.procedure):
-            self._line.send(reply_line(communication, request, reply))
+            self._before = reply_line(communication, request, reply)
+            self.plug.send(self._before)
             return
         self._fault = fault.used()
         if fault.fault == "code":
             reply = Reply(fault.code, reply.values)
+        if fault.fault == "wrong_id":
+            request = replace(request, transaction=request.transaction + 1)
         await asyncio.sleep(fault.delay_s)
-        self._line.send(fault.spoil(reply_line(communication, request, reply)))
+        self.plug.send(fault.spoil(reply_line(communication, request, reply), self._before))
+
+    def _switch(self, fault: Fault) -> None:
+        if fault.fault in CABLE_KINDS:
+            (self.plug.plug if fault.fault == "plugged" else self.plug.unplug)()
+        else:
+            self._fault = fault
+
+    def _hear(self, received: bytes) -> None:
+        requests, self._pending = cut_lines(self._pending + received)
+        for request in requests:
+            self._requests.put_nowait(request)
 
 
 async def serve(world_address: str, link: Path | None) -> None:
     """Play the station until standard input closes; fail when the world ends."""
     world = await WorldLink.open(world_address)
-    with serial_port(link) as (instrument_end, port):
-        line = SerialLine(instrument_end)
-        conversation = Conversation(line, Station(world))
-        talking = asyncio.create_task(conversation.run())
-        parent = asyncio.create_task(until_stdin_closes(conversation.switch_fault))
-        report_ready(port=str(link or port))
-        done, _ = await asyncio.wait({talking, parent}, return_when=asyncio.FIRST_COMPLETED)
-        line.close()
-        for task in (talking, parent):
-            task.cancel()
-        for task in done:
-            task.result()
+    conversation = Conversation(Station(world), link)
+    conversation.plug.plug()
+    talking = asyncio.create_task(conversation.run())
+    parent = asyncio.create_task(until_stdin_closes(conversation.switch_fault))
+    report_ready(port=conversation.plug.port)
+    done, _ = await asyncio.wait({talking, parent}, return_when=asyncio.FIRST_COMPLETED)
+    conversation.plug.unplug()
+    for task in (talking, parent):
+        task.cancel()
+    for task in done:
+        task.result()
 
 
 def main() -> int:

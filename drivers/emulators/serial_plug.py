@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 SPEED = 5
-"""Place of the output speed in what `tcgetattr` returns."""
+"""Place of the output speed in what `tcgetattr` returns, the input speed's before it."""
 
 
 class SerialPlug:
@@ -53,6 +53,9 @@ class SerialPlug:
             return
         instrument_end, port_end = pty.openpty()
         tty.setraw(port_end)
+        attributes = termios.tcgetattr(port_end)
+        attributes[SPEED - 1] = attributes[SPEED] = self._speed
+        termios.tcsetattr(port_end, termios.TCSANOW, attributes)
         self.port = os.ttyname(port_end)
         if self._link is not None:
             self._link.symlink_to(self.port)

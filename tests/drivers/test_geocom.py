@@ -5,9 +5,11 @@ import re
 from pathlib import Path
 
 import pytest
+from geocompy.geo.gctypes import GeoComCode
 from scripted_station import PAUSE, exchanges, scripted_station
 
 from drivers.devices.geocom import Atmosphere, GeoComTracker
+from drivers.devices.geocom.codes import ADVICE_BY_GROUP, advice_on
 from drivers.errors import BadReply, NoReply, Refused, Unreachable
 
 TRANSCRIPTS = Path(__file__).parent / "transcripts"
@@ -138,6 +140,44 @@ def test_a_code_other_than_0_is_refused_with_advice_even_with_values(code, advic
     assert caught.value.command == "BAP_MeasDistanceAngle"
     assert str(code) in caught.value.reason
     assert b":%d," % code in caught.value.raw
+
+
+def test_every_documented_code_has_advice_and_no_group_of_codes_is_made_up():
+    codes = [code for code in GeoComCode if code not in {GeoComCode.OK, GeoComCode.UNDEFINED}]
+    assert len(codes) > 400
+    for code in codes:
+        assert "look it up" not in advice_on(code), code
+    for group in ADVICE_BY_GROUP:
+        assert any(code.name.startswith(group) for code in codes), group
+    assert "look it up" in advice_on(GeoComCode.UNDEFINED)
+
+
+def air_exchanges(entered: bytes, kept: bytes) -> list[tuple[bytes, bytes]]:
+    """Read the air, enter another, read it again; the wavelength stays what it was."""
+    now = b"0.000000658,1013.25,20.0,15.0"
+    lines = [
+        (b"%R1Q,2029,7:", b"%R1P,0,7:0," + now),
+        (b"%R1Q,2028,8:0.000000658," + entered, b"%R1P,0,8:0"),
+        (b"%R1Q,2029,9:", b"%R1P,0,9:0,0.000000658," + kept),
+    ]
+    return [(checked(request).strip(), checked(reply)) for request, reply in lines]
+
+
+def test_the_air_is_entered_with_the_wavelength_as_it_was():
+    air = b"990.5,22.25,12.0"
+    with scripted_station([*START, *air_exchanges(air, air)]) as port:
+        station = tracker(port)
+        station.set_atmosphere(Atmosphere(990.5, 22.25, 12.0))
+        station.close()
+
+
+def test_a_station_that_does_not_keep_the_air_is_told():
+    exchanged = air_exchanges(b"990.5,22.25,12.0", b"1013.25,22.25,12.0")
+    with scripted_station([*START, *exchanged]) as port:
+        station = tracker(port)
+        with pytest.raises(Refused, match="enter the air at the station"):
+            station.set_atmosphere(Atmosphere(990.5, 22.25, 12.0))
+        station.close()
 
 
 @pytest.mark.parametrize(

@@ -117,6 +117,9 @@ def test_a_blocked_beam_is_refused_and_seen_again(cell, tracker):
         {"fault": "wrong_checksum"},
         {"fault": "wrong_checksum", "rpc": 17017, "replies": 2},
         {"fault": "noise", "rpc": 17017},
+        {"fault": "wrong_id", "rpc": 17017},
+        # The reply before once more: it bears an earlier transaction's number.
+        {"fault": "frozen", "rpc": 17017},
         # Late by more than the driver waits: the reply comes while the next one is awaited.
         {"fault": "late_reply", "delay_s": 0.6},
         {"fault": "late_reply", "delay_s": 0.85, "rpc": 17017},
@@ -134,6 +137,8 @@ def test_a_fault_of_the_line_is_overcome(cell, tracker, fault):
     [
         ({"fault": "silence", "replies": 3}, NoReply),
         ({"fault": "wrong_checksum", "replies": 3}, BadReply),
+        ({"fault": "frozen", "replies": 3}, NoReply),
+        ({"fault": "wrong_id", "replies": 3}, NoReply),
         ({"fault": "code", "code": 1285, "rpc": 17017}, Refused),
     ],
 )
@@ -154,6 +159,28 @@ def test_a_station_that_is_switched_off_is_unreachable(tmp_path):
         with pytest.raises(Unreachable):
             station.connect()
         station.close()
+
+
+def test_unplugged_is_unreachable_and_works_again_when_it_is_back(tmp_path):
+    with geocom_cell(tmp_path, "--link", str(tmp_path / "port")) as cell:
+        station = GeoComTracker(cell.station.port, measure_timeout_s=0.5)
+        station.connect()
+        cell.station.order(fault="unplugged")
+        with pytest.raises(Unreachable, match="check the cable"):
+            station.measure()
+        with pytest.raises(Unreachable, match="does not open"):
+            station.connect()
+        cell.station.order(fault="plugged")
+        station.connect()
+        assert station.measure().position == pytest.approx(TARGET, abs=2e-9)
+        station.close()
+
+
+def test_a_wrong_speed_is_told_with_the_speed(cell):
+    station = GeoComTracker(f"{cell.station.port}?baud=9600", reply_timeout_s=0.3)
+    with pytest.raises(NoReply, match="9600 baud"):
+        station.connect()
+    station.close()
 
 
 def test_a_port_in_use_is_unreachable_for_a_second_program(cell, tracker):

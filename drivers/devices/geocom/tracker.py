@@ -19,13 +19,14 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Self, SupportsIndex, TypeVar
 
 from geocompy.geo import GeoCom
 from geocompy.geo.gctypes import GeoComCode, GeoComResponse
 from serial import Serial, SerialException
 
-from drivers.devices.geocom.codes import ADVICE, LOST, SUSPECT
+from drivers.addresses import Address
+from drivers.devices.geocom.codes import LOST, SUSPECT, advice_on
 from drivers.devices.geocom.line import REPLY, TransactionLine
 from drivers.errors import BadReply, DriverError, NoReply, Refused, Unreachable
 from drivers.interfaces import TrackerReading
@@ -56,13 +57,25 @@ class Atmosphere:
     wet_degc: float
 
 
+class _ManyDigits(float):
+    """A number that `geocompy` sends whole; of others it sends six decimals."""
+
+    def __round__(self, digits: SupportsIndex | None = None) -> Self:  # type: ignore[override]
+        del digits
+        return self
+
+    def __format__(self, form: str) -> str:
+        del form
+        return format(float(self), ".15f")
+
+
 class GeoComTracker:
     """A total station at a serial port, ``/dev/ttyUSB0`` or ``COM4``.
 
     Parameters
     ----------
     address
-        Name of the serial port.
+        Name of the serial port; option `baud`.
     shots
         Distance measurements that one reading averages.
     baud
@@ -86,9 +99,10 @@ class GeoComTracker:
         if shots < 1:
             raise ValueError(f"shots must be at least 1, not {shots}")
         self._device = f"tracker geocom at {address}"
-        self._address = address
+        where = Address(self._device, address, "baud")
+        self._address = where.place
         self._shots = shots
-        self._baud = baud
+        self._baud = where.whole("baud", baud)
         self._search_window = search_window
         self._reply_timeout_s = reply_timeout_s
         self._measure_timeout_s = measure_timeout_s
@@ -152,12 +166,30 @@ class GeoComTracker:
         )
         return Atmosphere(pressure, dry, wet)
 
-    def set_atmospheric_ppm(self, ppm: float) -> None:
-        """Tell the station by how much to correct distances for the atmosphere (TMC_SetAtmPpm).
+    def set_atmosphere(self, air: Atmosphere) -> None:
+        """Enter the air at the station (TMC_SetAtmCorr), which corrects distances for it.
 
-        TMC_SetAtmCorr would take pressure and temperature, but also the wavelength of the light,
-        of which `geocompy` sends six decimals: 0.000000658 m goes out as 0.000001.
+        The wavelength of the light belongs to the station and is written back as it was read.
+
+        Raises
+        ------
+        Refused
+            If the station did not keep what was entered.
         """
+        command = "TMC_GetAtmCorr"
+        wavelength = self._values(command, lambda s: s.tmc.get_atmospheric_corrections())[0]
+        entered = (_ManyDigits(wavelength), air.pressure_hpa, air.dry_degc, air.wet_degc)
+        self._ask("TMC_SetAtmCorr", lambda s: s.request(2028, entered))
+        kept = self._values(command, lambda s: s.tmc.get_atmospheric_corrections())
+        if any(abs(a - b) > 1e-9 for a, b in zip(kept, entered, strict=True)):
+            raise Refused(
+                self._device,
+                "TMC_SetAtmCorr",
+                f"the station was told {entered} and keeps {kept}; enter the air at the station",
+            )
+
+    def set_atmospheric_ppm(self, ppm: float) -> None:
+        """Tell the station by how much to correct distances for the atmosphere (TMC_SetAtmPpm)."""
         self._ask("TMC_SetAtmPpm", lambda s: s.tmc.set_atmospheric_correction_ppm(ppm))
 
     def atmospheric_ppm(self) -> float:
@@ -241,7 +273,7 @@ class GeoComTracker:
             return BadReply(self._device, command, "the reply is garbled; check the cable", raw)
         found = REPLY.match(reply.response)
         code = "?" if found is None else found[3] if found[1] == "0" else found[1]
-        advice = ADVICE.get(reply.error, "look it up in the GeoCOM manual")
+        advice = advice_on(reply.error)
         return Refused(self._device, command, f"code {code} {reply.error.name}: {advice}", raw)
 
     def _drain(self, port: Serial) -> None:

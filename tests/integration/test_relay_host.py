@@ -102,6 +102,16 @@ def test_a_measurement_that_is_old_is_never_used(one, tracker):
     must_see_the_target(tracker)
 
 
+def test_a_host_that_stands_still_is_not_there_for_a_new_driver_either(one, tracker):
+    must_see_the_target(tracker)
+    tracker.close()
+    one.fault("frozen", replies=100_000)
+    fresh = one.tracker()
+    with pytest.raises((NoReply, BadReply)):
+        fresh.connect()
+    fresh.close()
+
+
 def test_an_error_of_the_host_is_refused_with_advice(one, tracker):
     one.fault("code", replies=100_000)
     with pytest.raises(Refused, match=r"warms up|look it up") as caught:

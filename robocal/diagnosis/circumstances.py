@@ -33,6 +33,11 @@ class Reference:
     speed: float = 1.0
     """Fraction of full speed."""
 
+    @property
+    def time_end(self) -> float:
+        """When the campaign ended [s]."""
+        return self.time_start + self.time_span
+
 
 @dataclass(frozen=True)
 class Circumstances:

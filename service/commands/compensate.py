@@ -32,14 +32,21 @@ def compensate(
     as_json: AsJson = False,
 ) -> None:
     """Joints that really reach the wanted tool poses; names the targets that cannot be reached."""
+    from robocal.compensated_effects import compensate_effects
     from robocal.compensation import Reach, compensate_targets
+    from robocal.formats.measurements_csv import rows_of
     from robocal.formats.model_yaml import read_model
     from robocal.formats.targets_csv import read_targets, write_compensated
 
     calibrated = read_model(model)
     wanted = read_targets(targets, calibrated.robot)
     in_base = frame is Frame.base
-    result = compensate_targets(calibrated, wanted.wanted, wanted.nominal_q, in_base=in_base)
+    if calibrated.effects:
+        in_cell = calibrated.model.base_frame @ wanted.wanted if in_base else wanted.wanted
+        rows = rows_of(wanted.table, calibrated.robot)
+        result = compensate_effects(calibrated, in_cell, rows, wanted.nominal_q)
+    else:
+        result = compensate_targets(calibrated, wanted.wanted, wanted.nominal_q, in_base=in_base)
     write_compensated(out, wanted, calibrated.robot, result)
     missed = [row for row, reach in enumerate(result.reach) if reach is not Reach.reached]
     reached = len(result.reach) - len(missed)

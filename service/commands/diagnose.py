@@ -1,6 +1,7 @@
 """`robocal diagnose`."""
 
 import json
+import os
 from datetime import UTC, datetime
 
 from service.commands.options import AsJson, BundleFolder, OutFolder, make_folder, write_json
@@ -8,6 +9,9 @@ from service.commands.options import AsJson, BundleFolder, OutFolder, make_folde
 
 def diagnose(bundle: BundleFolder, out: OutFolder, *, as_json: AsJson = False) -> None:
     """Find what the model gets wrong: writes diagnosis.json, model.yaml, report.html."""
+    # Thousands of small systems: threads would only wait for each other. It must be said before
+    # the numerics library is loaded.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from robocal.diagnosis.diagnose import diagnose as find
     from robocal.formats.bundle import read_bundle
     from robocal.formats.diagnosis_json import NEXT_POSES, diagnosis_document

@@ -37,20 +37,25 @@ def export(
         raise BadInput(
             "option --format", f"must be one of {', '.join(WRITERS)}, not '{file_format}'"
         )
-    made = WRITERS[file_format](read_model(model), ExportOptions(own_hash, euler))
+    calibrated = read_model(model)
+    made = WRITERS[file_format](calibrated, ExportOptions(own_hash, euler))
     difference = write_export(out, made)
+    left_out = list(made.left_out)
+    if calibrated.effects:
+        names = ", ".join(fitted.instance.title for fitted in calibrated.effects)
+        left_out.append(f"the file holds geometry alone; what it leaves out: {names}")
     if as_json:
         document = {
             "format": file_format,
             "poses": difference.poses,
             "largest_position_m": difference.position,
             "largest_angle_rad": difference.angle,
-            "left_out": made.left_out,
+            "left_out": left_out,
             "out": str(out),
         }
         print(json.dumps(document, indent=2))
         return
-    for sentence in made.left_out:
+    for sentence in left_out:
         print(f"note: {sentence}")
     print(
         f"read back, {difference.poses} poses: largest difference {difference.position:.1e} m, "

@@ -163,3 +163,38 @@ def test_the_report_is_one_file_that_loads_nothing(call, hide, tmp_path):
     assert not re.search(r"url\((?!['\"]?data:)", text)
     assert "svg" in page.tags
     assert f"J{truth.main[0].joint}" in text
+
+
+def test_compensated_joints_bring_the_target_to_the_wanted_pose_under_load(call, hide, tmp_path):
+    """Judged by `predict` from the same model; the geometry alone would miss by far more."""
+    bundle, _ = hide("one", "payload_compliance")
+    diagnosed(call, bundle, tmp_path)
+    model, poses, back = tmp_path / "model.yaml", tmp_path / "poses.csv", tmp_path / "back.csv"
+    assert call("predict", model, bundle / "measurements.csv", "--out", poses)[0] == 0
+    measured, predicted = columns(bundle / "measurements.csv"), columns(poses)
+    loaded = np.flatnonzero(measured["payload_kg"].astype(float) > 3)[:10]
+    joints = [f"j{joint}_deg" for joint in range(1, 7)]
+    place = ["x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"]
+    names = [*joints, *place, "payload_kg"]
+    lines = [",".join(names)]
+    for row in loaded:
+        # A millimetre to the side, so that the joints have to move.
+        cells = [measured[n][row] for n in joints]
+        cells += [str(float(predicted["x_mm"][row]) + 1.0), *(predicted[n][row] for n in place[1:])]
+        lines.append(",".join([*cells, measured["payload_kg"][row]]))
+    targets, found = tmp_path / "targets.csv", tmp_path / "found.csv"
+    targets.write_text("\n".join(lines) + "\n")
+    assert call("compensate", model, targets, "--out", found)[0] == 0
+    compensated = columns(found)
+    # Some of the measured poses lie near a singularity and are named so.
+    good = compensated["status"] == "reached"
+    assert good.sum() >= 6
+    compensated = {name: cells[good] for name, cells in compensated.items()}
+    kept = [*joints, "payload_kg"]
+    rows = zip(*(compensated[n] for n in kept), strict=True)
+    poses.write_text("\n".join([",".join(kept), *(",".join(row) for row in rows)]) + "\n")
+    assert call("predict", model, poses, "--out", back)[0] == 0
+    reached, wanted = columns(back), columns(targets)
+    for name in place[:3]:
+        miss = reached[name].astype(float) - wanted[name][good].astype(float)
+        assert np.abs(miss).max() < 1e-4

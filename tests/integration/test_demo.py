@@ -61,7 +61,8 @@ class Demo:
         return self.process.wait(LONGEST_S), printed
 
     def close(self) -> None:
-        self.process.kill()
+        for pid in self.family():
+            os.kill(pid, signal.SIGKILL)
         self.process.wait()
         self.process.stdout.close()
 

@@ -55,7 +55,7 @@ def test_every_set_of_axes_turns_points_and_orientations_alike(names):
 
 def test_a_triggered_line_is_read_right():
     with scripted_station([(b"M 1", LINE), (b"M 2", LINE.replace(b"T,1", b"T,2"))]) as port:
-        tracker = RelayTracker(port, shots=1, reply_timeout_s=0.2)
+        tracker = RelayTracker(port, shots=1, reply_timeout_s=0.2, first_number=1)
         tracker.connect()
         with pytest.raises(BadReply, match="checksum is 3E and its bytes make 3D") as caught:
             tracker._one_reading()
@@ -68,7 +68,7 @@ def test_a_late_line_of_an_earlier_trigger_is_passed_over():
     assert _xor(late) == 0x3A
     second = LINE.replace(b"T,1", b"T,2").replace(b"*3E", b"*3D")
     with scripted_station([(b"M 1", LINE), (b"M 2", late + second)]) as port:
-        tracker = RelayTracker(port, shots=1, reply_timeout_s=0.3)
+        tracker = RelayTracker(port, shots=1, reply_timeout_s=0.3, first_number=1)
         tracker.connect()
         reading = tracker.measure()
         tracker.close()

@@ -14,8 +14,10 @@ from modbus_cell import Cell, modbus_cell
 from ur_cell import ROOT, wait_until
 
 from drivers.devices.modbus import ModbusRobot
+from drivers.devices.modbus.contract import Contract
 from drivers.errors import BadReply, Interrupted, NoReply, Refused, Unreachable, Unsafe
 from drivers.interfaces import MAY_MOVE, JointMotion, Safety
+from drivers.modbus_link import Table, over_tcp
 from drivers.registry import open_robot
 
 PROFILES = ROOT / "drivers" / "profiles"
@@ -23,6 +25,7 @@ STOP_WITHIN_S = 0.3
 DRIVE_FAR = """
 import sys
 from drivers.devices.modbus import ModbusRobot
+from drivers.devices.modbus.contract import Contract
 from drivers.interfaces import JointMotion
 robot = ModbusRobot(sys.argv[1], 6)
 robot.connect()
@@ -415,3 +418,19 @@ def test_the_controller_answers_byte_for_byte(tmp_path):
                 )
                 assert re.fullmatch(pattern, connection.recv(4096), re.DOTALL), request
         wait_until(lambda: cell.world.joints()[0] > 0.0, within_s=1.0)
+
+
+def test_a_command_that_comes_twice_moves_the_robot_once(cell):
+    """What a network may deliver again bears the same number."""
+    far = JointMotion((cell.here[0] + 0.5, *cell.here[1:]), 1.0, 2.0, 5.0)
+    block = Contract("robot", "generic", 6)
+    link = over_tcp("robot", cell.address, 1, 1.0)
+    link.open()
+    sequence = block.decode(link.read("look", Table.input, 0, 24)).accepted + 1
+    link.write("move", 100, block.move_block(sequence, far))
+    wait_until(cell.world.moving, within_s=1.0)
+    cell.world.ask("stop", acceleration=1e3)
+    wait_until(cell.world.at_rest, within_s=1.0)
+    link.write("move", 100, block.move_block(sequence, far))
+    assert_stays(cell)
+    link.close()

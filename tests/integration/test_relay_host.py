@@ -107,9 +107,11 @@ def test_a_host_that_stands_still_is_not_there_for_a_new_driver_either(one, trac
     tracker.close()
     one.fault("frozen", replies=100_000)
     fresh = one.tracker()
-    with pytest.raises((NoReply, BadReply)):
-        fresh.connect()
-    fresh.close()
+    try:
+        with pytest.raises((NoReply, BadReply)):
+            fresh.connect()
+    finally:
+        fresh.close()
 
 
 def test_an_error_of_the_host_is_refused_with_advice(one, tracker):

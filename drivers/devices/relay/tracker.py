@@ -9,6 +9,7 @@ by themselves, it is not the one under way and its count moves on. Never tried o
 from __future__ import annotations
 
 import math
+import random
 import re
 import statistics
 import time
@@ -46,10 +47,18 @@ class RelayTracker:
         Lines that one reading averages.
     reply_timeout_s
         Longest wait for one line [s].
+    first_number
+        Of the triggers; drawn if None, so that a line to an earlier program's trigger, late or
+        repeated, bears another number.
     """
 
     def __init__(
-        self, address: str, *, shots: int = SHOTS, reply_timeout_s: float = REPLY_TIMEOUT_S
+        self,
+        address: str,
+        *,
+        shots: int = SHOTS,
+        reply_timeout_s: float = REPLY_TIMEOUT_S,
+        first_number: int | None = None,
     ) -> None:
         if shots < 1:
             raise ValueError(f"shots must be at least 1, not {shots}")
@@ -65,7 +74,8 @@ class RelayTracker:
             reply_timeout_s,
             where.word("serial", self._profile.serial),
         )
-        self._number: int | None = None
+        drawn = random.randrange(NUMBERS) if first_number is None else first_number
+        self._number: int | None = drawn - 1
 
     def connect(self) -> None:
         """Open the port and see that lines of the profile's form come.

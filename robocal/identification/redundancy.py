@@ -73,22 +73,18 @@ def split_columns(
     prior_std
         How far each may be off before any measurement, infinite where nothing is known [m, rad].
     """
-    J = _compressed(J, free)
     kinds = sort_columns(J, order, free, prior_std)
-    lengths = np.linalg.norm(J, axis=0)
     reasons = dict.fromkeys((names[k] for k in kinds.unseen), "these measurements do not see it")
-    for index, before in kinds.redundant.items():
-        column = J[:, index] / lengths[index]
-        taken = kinds.taken[:before]
-        span = kinds.span[:before]
-        shares = np.linalg.solve(span @ (J[:, taken] / lengths[taken]), span @ column)
-        reasons[names[index]] = _in_words(shares, taken, names)
+    for index, column in kinds.redundant.items():
+        before = len(column)
+        shares = np.linalg.solve(kinds.triangle[:before, :before], column)
+        reasons[names[index]] = _in_words(shares, kinds.taken, names)
     for index in kinds.weak:
         reasons[names[index]] = "the measurements say less of it than its prior does"
     identified, weak = np.zeros((2, len(names)), dtype=bool)
     identified[kinds.taken] = True
     weak[kinds.weak] = True
-    sigma = np.linalg.svd(J[:, kinds.taken] / lengths[kinds.taken], compute_uv=False)
+    sigma = np.linalg.svd(kinds.triangle, compute_uv=False)
     condition = float(sigma[0] / sigma[-1]) if len(sigma) and sigma[-1] > 0 else float("inf")
     return Redundancy(identified, weak, reasons, len(kinds.taken), condition)
 
@@ -99,11 +95,11 @@ class ColumnKinds:
 
     taken: list[int]
     weak: list[int]
-    redundant: dict[int, int]
-    """With the number of columns taken before each, whose span it lies in."""
+    redundant: dict[int, Float[Array, "_"]]
+    """With what each, scaled to length one, has along the basis of the columns taken before it."""
     unseen: list[int]
-    span: Float[Array, "_ scalar"]
-    """Orthonormal rows; the first k span the first k taken columns."""
+    triangle: Float[Array, "taken taken"]
+    """The taken columns, scaled to length one, in that basis."""
 
 
 def sort_columns(
@@ -112,47 +108,50 @@ def sort_columns(
     free: Bool[Array, "parameter"],
     prior_std: Float[Array, "parameter"],
 ) -> ColumnKinds:
-    """What `split_columns` decides, without saying why."""
-    J = _compressed(J, free)
-    lengths = np.linalg.norm(J, axis=0)
-    unseen_below = _UNSEEN * lengths.max(initial=0.0)
-    unit_columns = np.ascontiguousarray((J / np.maximum(lengths, unseen_below or 1.0)).T)
-    kinds = ColumnKinds([], [], {}, [], np.zeros(J.shape[::-1]))
-    for index in order:
-        if not free[index]:
-            continue
-        if lengths[index] <= unseen_below:
-            kinds.unseen.append(index)
-            continue
-        left = unit_columns[index]
-        n_taken = len(kinds.taken)
-        span = kinds.span[:n_taken]
-        for _ in range(2):  # twice is enough against cancellation (Kahan)
-            left = left - (span @ left) @ span
-        outside = np.sqrt(left @ left)
-        if outside < _SPAN_TOLERANCE:
-            kinds.redundant[index] = n_taken
-        elif outside * lengths[index] * prior_std[index] < _SEEN:
-            kinds.weak.append(index)
-        else:
-            kinds.span[n_taken] = left / outside
-            kinds.taken.append(index)
-    return kinds
+    """What `split_columns` decides, without saying why.
 
-
-def _compressed(
-    J: Float[Array, "scalar parameter"], free: Bool[Array, "parameter"]
-) -> Float[Array, "_ parameter"]:
-    """Fewer rows with the same products between free columns: the triangle of a QR factorisation.
-
-    The other columns become zero.
+    The diagonal of a QR factorisation is what each column has outside the span of those before it.
+    The first column with too little is left out, and what comes after it is factorised again.
     """
-    n_free = np.count_nonzero(free)
-    if len(J) <= n_free:
-        return J
-    triangle = np.zeros((n_free, J.shape[1]))
-    triangle[:, free] = np.linalg.qr(J[:, free], mode="r")
-    return triangle
+    lengths = np.sqrt(np.einsum("sp,sp->p", J, J))
+    seen = lengths > _UNSEEN * lengths.max(initial=0.0)
+    left = [index for index in order if free[index] and seen[index]]
+    least = np.maximum(_SPAN_TOLERANCE, _SEEN / (lengths[left] * prior_std[left]))
+    R = _triangle(J[:, left] / lengths[left])
+    weak: list[int] = []
+    redundant: dict[int, Float[Array, "_"]] = {}
+    while True:
+        outside = np.zeros(len(left))
+        diagonal = np.abs(np.diagonal(R))
+        outside[: len(diagonal)] = diagonal
+        short = np.flatnonzero(outside < least)
+        if not len(short):
+            break
+        first = int(short[0])
+        index = left.pop(first)
+        if outside[first] < _SPAN_TOLERANCE:
+            redundant[index] = R[:first, first]
+        else:
+            weak.append(index)
+        least = np.delete(least, first)
+        R = _without_column(R, first)
+    unseen = [index for index in order if free[index] and not seen[index]]
+    return ColumnKinds(left, weak, redundant, unseen, R[: len(left)])
+
+
+def _triangle(columns: Float[Array, "row column"]) -> Float[Array, "_ column"]:
+    """Upper triangle of a QR factorisation."""
+    return np.asarray(np.linalg.qr(columns, mode="r"))
+
+
+def _without_column(R: Float[Array, "row column"], index: int) -> Float[Array, "row _"]:
+    """Triangle of the other columns."""
+    rest = np.delete(R, index, axis=1)
+    if index < rest.shape[1]:
+        tail = _triangle(rest[index:, index:])
+        rest[index:, index:] = 0.0
+        rest[index : index + len(tail), index:] = tail
+    return rest
 
 
 def preference(model: KinematicModel, n_more: int = 0) -> list[int]:

@@ -47,7 +47,7 @@ class Problem:
         """Least squares over some of the parameters and some of the rows, from `cell` on."""
         vector = cell.vector
 
-        def linearise(x: Float[Array, "some"]) -> NormalEquations:
+        def linearise(x: Array) -> NormalEquations:
             moved = vector.copy()
             moved[free] = x
             return normal_equations(cell.with_vector(moved), rows, free)

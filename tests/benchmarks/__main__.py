@@ -1,8 +1,7 @@
 """`make bench`: all comparisons as Markdown, then the figures to reach.
 
-`python -m tests.benchmarks [identification] [kinematics] [startup]` runs some of them. The
-planners have a program of their own: `python -m tests.benchmarks.bench_planning`. Exit status 1
-says that a figure was missed.
+`python -m tests.benchmarks [identification] [kinematics] [startup] [planning] [uncertainty]` runs
+some of them. Exit status 1 says that a figure was missed.
 """
 
 import os
@@ -10,13 +9,15 @@ import platform
 import sys
 from pathlib import Path
 
-from tests.benchmarks import identification, kinematics, startup
+from tests.benchmarks import identification, kinematics, programs, startup
 from tests.benchmarks.report import Goal
 
 PARTS = {
     "identification": identification.run,
     "kinematics": kinematics.run,
     "startup": startup.run,
+    "planning": programs.planning,
+    "uncertainty": programs.uncertainty,
 }
 
 

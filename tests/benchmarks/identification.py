@@ -209,8 +209,11 @@ def goals(work: Work, outcomes: list[Outcome]) -> list[Goal]:
         )
         for peer in peers
     ]
-    cost = Goal(f"{work.name}, robocal", f"{own.cpu_s:.3f} CPU s", "<= 0.15", own.cpu_s <= 0.15)
-    return [cost, *found]
+    if work is WORKS[2]:
+        most = 0.15
+        what = f"{work.name}, robocal"
+        found.append(Goal(what, f"{own.cpu_s:.3f} CPU s", f"<= {most}", own.cpu_s <= most))
+    return found
 
 
 def _faster(work: Work, own: Outcome, peer: Outcome, factor: int) -> Goal:

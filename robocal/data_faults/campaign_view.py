@@ -63,9 +63,9 @@ class View:
 
 
 def view_of(bundle: Bundle) -> View | None:
-    """The rows of the target that was measured most often; None if they are too few."""
+    """The rows of the target that was measured most often; None if its points are too few."""
     chosen = np.flatnonzero(on_main_target(bundle))
-    if len(chosen) < LEAST_ROWS:
+    if len(np.unique(bundle.measurements.position[chosen], axis=0)) < LEAST_ROWS:
         return None
     return View(bundle.robot, bundle.measurements, chosen, chosen)
 

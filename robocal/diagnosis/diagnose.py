@@ -1,5 +1,6 @@
 """From a bundle to the cause: show, name, say how sure, extend, measure the gain, ask for data."""
 
+from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from robocal.data_faults.search import find_slips
 from robocal.data_faults.slip import mend
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances, Reference, circumstances
-from robocal.diagnosis.covariates import SIGNIFICANT, dependences
+from robocal.diagnosis.covariates import SIGNIFICANT, Dependence, dependences
 from robocal.diagnosis.diagnosis import (
     Diagnosis,
     NamedEffect,
@@ -26,6 +27,7 @@ from robocal.diagnosis.judged_effects import judge_effects
 from robocal.diagnosis.next_poses import split_causes
 from robocal.diagnosis.screen import null_threshold
 from robocal.diagnosis.select import Limits, select_effects
+from robocal.diagnosis.step_sweep import STEPS
 from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import chosen_rows, evenly
 from robocal.formats.bundle import Bundle, RejectedRow
@@ -128,9 +130,7 @@ def _diagnosis(
     held_out = measured.held_out
     judged = held_out if held_out.any() else chosen_rows(steps.fitted, len(held_out))
     before, after = targets.with_all(geometric), targets.with_all(found)
-    few = evenly(len(rows), _MOST_DEPENDENT)
-    depends = dependences(rows.rows(few), found.judged.some_rows(few))
-    depends = [dependence for dependence in depends if dependence.p_value < SIGNIFICANT]
+    depends = _dependences(solution, rows, found)
     adequacy = judge(found.chi_square, found.nu)
     effects = judge_effects(targets, steps.fitted, judged, geometric, found)
     floor = bundle.instrument.position_std(np.nan_to_num(measured.position[judged]))
@@ -141,7 +141,7 @@ def _diagnosis(
         adequacy=adequacy,
         effects=tuple(effects),
         outliers=_outliers(measured.lines[~held_out], solution),
-        depends_on=tuple(depends),
+        depends_on=depends,
         gain=gain_of(before[judged], after[judged], measured.pose[judged]),
         noise_floor=float(np.sqrt(3.0 * np.mean(floor**2))),
         next_poses=_next_poses(rows, found, effects),
@@ -150,6 +150,25 @@ def _diagnosis(
         bundle_sha256=bundle.sha256,
         hidden=_hidden(rows),
     )
+
+
+def _dependences(
+    solution: Solution, rows: Circumstances, found: JointFit
+) -> tuple[Dependence, ...]:
+    """What is left depends on; several steps of one kind are no answer but a sign of some drift.
+
+    So the covariates are tried without them.
+    """
+    steps = Counter((f.instance.effect, f.instance.joint) for f in found.effects)
+    chain = [key for key, count in steps.items() if key[0] in STEPS and count > 1]
+    if chain:
+        rest = tuple(
+            f.instance for f in found.effects if (f.instance.effect, f.instance.joint) not in chain
+        )
+        found = fit_jointly(solution.problem, found.cell, rows, rest, found.effects)
+    few = evenly(len(rows), _MOST_DEPENDENT)
+    depends = dependences(rows.rows(few), found.judged.some_rows(few))
+    return tuple(dependence for dependence in depends if dependence.p_value < SIGNIFICANT)
 
 
 def _outliers(lines: Array, solution: Solution) -> tuple[RejectedRow, ...]:

@@ -38,6 +38,8 @@ class NamedEffect:
     """On rows that chose nothing, this effect alone taken out of the final model."""
     blocked_gain: Gain
     """By blocked folds of the rows that chose it."""
+    form_corrections: tuple[FittedEffect, ...] = ()
+    """Small effects that resemble it: they mend its form and are no causes of their own."""
 
     @property
     def in_sample_only(self) -> bool:

@@ -72,14 +72,12 @@ class JointFit:
         """
         return float(np.sqrt(max(1.0, self.chi_square / self.nu))) if self.nu > 0 else 1.0
 
-    def columns_without(self, position: int) -> Bool[Array, "unknown"]:
-        """The unknowns that are left when one effect is taken out."""
-        n_free = len(self.fit.free)
-        sizes = [len(f.instance.coefficients) for f in self.effects]
-        first = n_free + sum(sizes[:position])
-        kept: Bool[Array, "unknown"] = np.ones(n_free + sum(sizes), dtype=bool)
-        kept[first : first + sizes[position]] = False
-        return kept
+    def columns_without(self, *positions: int) -> Bool[Array, "unknown"]:
+        """The unknowns that are left when some effects are taken out."""
+        sizes = [len(fitted.instance.coefficients) for fitted in self.effects]
+        owner = np.repeat(np.arange(len(sizes)), sizes)
+        geometry: Bool[Array, "free"] = np.ones(len(self.fit.free), dtype=bool)
+        return np.concatenate([geometry, ~np.isin(owner, positions)])
 
     def evidence_of_effects(self) -> Float[Array, "effect"]:
         r"""Log Bayes factor of each effect given all the others.

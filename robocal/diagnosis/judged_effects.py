@@ -1,11 +1,14 @@
 """Every effect of the model judged: its causes, its share, and what the model loses without it."""
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Bool
 from numpy import ndarray as Array
 
 from robocal.diagnosis.causes import itself_or_nothing, name_cause
 from robocal.diagnosis.diagnosis import NamedEffect
+from robocal.diagnosis.form_corrections import causes_and_forms
 from robocal.diagnosis.gain import blocks_of, gain_of
 from robocal.diagnosis.joint_fit import JointFit
 from robocal.diagnosis.left_out import LeftOut
@@ -39,33 +42,50 @@ def judge_effects(
     geometric, found
         The fit without effects, and with them.
     """
+    if not found.effects:
+        return []
     pose = targets.measured.pose
+    now = float(found.judged.r @ found.judged.r)
+    values = np.concatenate([effect.values for effect in found.effects])
     left_out = LeftOut(found.judged, blocks_of(pose[fitted]))
     full = left_out.sizes()
-    kept = [found.columns_without(position) for position in range(len(found.effects))]
-    less = [left_out.without(k, f.values) for k, f in zip(kept, found.effects, strict=True)]
-    now = float(found.judged.r @ found.judged.r)
-    dropped = np.array([(chi_square - now) * found.scale**2 for _, chi_square in less])
-    structure = max(geometric.chi_square - found.chi_square, 1e-300)
-    evidence = found.evidence_of_effects()
-    order = np.argsort(-dropped)
-    leading = set(order[:_MOST_NAMED].tolist())
-    seen = targets.some(judged)
-    after = seen.with_all(found)
-    lacking = list(seen.with_one_less(found))
+    n_free = len(found.fit.free)
+
+    def lacking(positions: list[int]) -> tuple[Array, float]:
+        kept = found.columns_without(*positions)
+        sizes, chi_square = left_out.without(kept, values[~kept[n_free:]])
+        return sizes, chi_square - now
+
+    dropped = np.array([lacking([position])[1] for position in range(len(found.effects))])
     few = evenly(len(fitted), _MOST_WEIGHED)
     some = targets.around.rows(chosen_rows(fitted[few], len(pose)))
     some_fit = found.judged.some_rows(few)
-    named = [
-        NamedEffect(
-            fitted=effect,
-            naming=name_cause(some, without(found, some_fit, position))
-            if position in leading
-            else itself_or_nothing(effect.instance, float(evidence[position])),
-            explained_fraction=float(np.clip(dropped[position] / structure, 0.0, 1.0)),
-            gain=gain_of(lacking[position], after, pose[judged]),
-            blocked_gain=gain_of(less[position][0], full, pose[fitted]),
+    bare = replace(some_fit, more=some_fit.more[:, :0], more_precision=np.zeros(0))
+    groups = causes_and_forms(some, found, bare, dropped)
+    without_group = [lacking(group) for group in groups]
+    order = np.argsort([-drop for _, drop in without_group]).tolist()
+    structure = max((geometric.chi_square - found.chi_square) / found.scale**2, 1e-300)
+    evidence = found.evidence_of_effects()
+    seen = targets.some(judged)
+    after = seen.with_all(found)
+    named = []
+    for rank, index in enumerate(order):
+        group, (sizes, drop) = groups[index], without_group[index]
+        main = found.effects[group[0]]
+        less = seen.without(found, group)
+        naming = (
+            name_cause(some, without(found, some_fit, *group))
+            if rank < _MOST_NAMED
+            else itself_or_nothing(main.instance, float(evidence[group[0]]))
         )
-        for position, effect in enumerate(found.effects)
-    ]
-    return [named[position] for position in order]
+        named.append(
+            NamedEffect(
+                fitted=main,
+                naming=naming,
+                explained_fraction=float(np.clip(drop / structure, 0.0, 1.0)),
+                gain=gain_of(less, after, pose[judged]),
+                blocked_gain=gain_of(sizes, full, pose[fitted]),
+                form_corrections=tuple(found.effects[position] for position in group[1:]),
+            )
+        )
+    return named

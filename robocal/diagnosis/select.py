@@ -30,7 +30,7 @@ _ROUND_SHARE = 0.05
 """Candidates of one round need this share of the best one's evidence; [1]"""
 _MOST_SCREENED = 2000
 """Rows that choose; more are thinned out evenly; [1]"""
-_ROUNDS_ON_ALL = 3
+_ROUNDS_ON_ALL = 2
 """Rounds of selection on all rows after that; [1]"""
 _SEARCHED = 3
 """A group of harmonics with so many candidates is a grid of orders; [1]"""
@@ -93,8 +93,8 @@ def _grow(
     return found
 
 
-def without(found: JointFit, fit: Linearised, position: int) -> Linearised:
-    """The linear fit as it would stand without one effect, the rest refitted.
+def without(found: JointFit, fit: Linearised, *positions: int) -> Linearised:
+    """The linear fit as it would stand without some effects, the rest refitted.
 
     Parameters
     ----------
@@ -102,13 +102,13 @@ def without(found: JointFit, fit: Linearised, position: int) -> Linearised:
         The model.
     fit
         `found.judged`, or some rows of it.
-    position
-        Of the effect.
+    positions
+        Of the effects.
     """
-    extra = found.columns_without(position)[len(fit.free) :]
-    X = fit.more[:, ~extra]
+    extra = found.columns_without(*positions)[len(fit.free) :]
+    values = np.concatenate([fitted.values for fitted in found.effects])
     rest = replace(fit, more=fit.more[:, extra], more_precision=fit.more_precision[extra])
-    r = fit.r + X @ found.effects[position].values
+    r = fit.r + fit.more[:, ~extra] @ values[~extra]
     return replace(rest, r=r - rest.basis @ (rest.basis.T @ r))
 
 

@@ -1,6 +1,5 @@
-"""How far every measured target is from its prediction, with all effects and with one less."""
+"""How far every measured target is from its prediction, with all effects and with some less."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,10 +42,7 @@ class Targets:
         """With all effects."""
         return self.distances(found.cell, moves_of(self.around, found.effects))
 
-    def with_one_less(self, found: JointFit) -> Iterator[Float[Array, "row"]]:
-        """With each effect in turn taken out, the rest as it is."""
-        every = [moves_of(self.around, (fitted,)) for fitted in found.effects]
-        total = moves_of(self.around, found.effects)
-        for own in every:
-            rest = {p: values - own[p] if p in own else values for p, values in total.items()}
-            yield self.distances(found.cell, rest)
+    def without(self, found: JointFit, positions: list[int]) -> Float[Array, "row"]:
+        """With some effects taken out, the rest as it is."""
+        rest = tuple(f for k, f in enumerate(found.effects) if k not in positions)
+        return self.distances(found.cell, moves_of(self.around, rest))

@@ -2,6 +2,7 @@
 
 from robocal.diagnosis.causes import Cause
 from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
+from robocal.diagnosis.extended import FittedEffect
 from robocal.diagnosis.gain import Gain
 
 NEXT_POSES = "next_poses.csv"
@@ -48,12 +49,7 @@ def _effect(named: NamedEffect) -> dict[str, object]:
     document |= _arguments(dict(instance.arguments))
     document |= {
         "probability": named.probability,
-        "parameters": {
-            coefficient.name: {"value": float(value), "std": float(std)}
-            for coefficient, value, std in zip(
-                instance.coefficients, named.fitted.values, named.fitted.std, strict=True
-            )
-        },
+        "parameters": _parameters(named.fitted),
         "explained_fraction": named.explained_fraction,
         "confusable_with": [
             _cause(cause)
@@ -63,8 +59,26 @@ def _effect(named: NamedEffect) -> dict[str, object]:
         "gain": _gain(named.gain),
         "blocked_gain": _gain(named.blocked_gain),
         "in_sample_only": named.in_sample_only,
+        "form_corrections": [_correction(fitted) for fitted in named.form_corrections],
     }
     return document
+
+
+def _parameters(fitted: FittedEffect) -> dict[str, object]:
+    return {
+        coefficient.name: {"value": float(value), "std": float(std)}
+        for coefficient, value, std in zip(
+            fitted.instance.coefficients, fitted.values, fitted.std, strict=True
+        )
+    }
+
+
+def _correction(fitted: FittedEffect) -> dict[str, object]:
+    """A small effect that mends the form of a larger one."""
+    instance = fitted.instance
+    joint = {} if instance.joint is None else {"joint": instance.joint}
+    arguments = _arguments(dict(instance.arguments))
+    return {"effect": instance.effect, **joint, **arguments, "parameters": _parameters(fitted)}
 
 
 def _arguments(arguments: dict[str, float]) -> dict[str, object]:

@@ -1,0 +1,57 @@
+"""Which small effects only mend the form of a larger one.
+
+The catalogue's forms are right to about a tenth: masses are stated roughly, springs harden. What is
+left of a large effect then looks like some small effect that resembles it. Such a one stays in the
+model, but it is no cause of its own.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from robocal.diagnosis.catalogue import EFFECTS
+from robocal.diagnosis.circumstances import Circumstances
+from robocal.diagnosis.joint_fit import JointFit
+from robocal.diagnosis.linearised import Linearised
+
+FORM_SHARE = 0.04
+"""Of the square of an effect: a form that is wrong by a fifth; [1]"""
+ALIKE = 0.5
+"""Cosine after projection from which one effect resembles another; [1]"""
+
+
+def causes_and_forms(
+    rows: Circumstances, found: JointFit, fit: Linearised, dropped: Float[Array, "effect"]
+) -> list[list[int]]:
+    """Positions of the effects in groups: a cause first, then what mends its form.
+
+    Parameters
+    ----------
+    rows
+        Circumstances of the rows of `fit`.
+    found
+        The model.
+    fit
+        Its linear algebra without the effects' columns, in the units of `dropped`.
+    dropped
+        Rise of the squared residual without each effect, the others refitted; for all rows.
+    """
+    directions, sizes = [], []
+    for fitted in found.effects:
+        X = fit.columns(EFFECTS[fitted.instance.effect].moves(rows, fitted.instance))
+        X = X - fit.basis @ (fit.basis.T @ X)
+        sizes.append(float(np.sum((X @ fitted.values) ** 2)))
+        directions.append(np.linalg.qr(X)[0])
+    scale = found.fit.n_rows / fit.n_rows
+    groups: list[list[int]] = []
+    for position in np.argsort(-dropped).tolist():
+        for group in groups:
+            main = group[0]
+            small = dropped[position] < FORM_SHARE * sizes[main] * scale
+            alike = np.linalg.norm(directions[main].T @ directions[position], 2)
+            if small and alike > ALIKE:
+                group.append(position)
+                break
+        else:
+            groups.append([position])
+    return groups

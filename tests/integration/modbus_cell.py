@@ -1,13 +1,18 @@
 """A world and a robot controller over Modbus TCP as processes, for the tests of its driver."""
 
 import json
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
 from ur_cell import ROOT, Emulator, World, wait_until
 
+from drivers.interfaces import JointMotion
+
+PROFILES = ROOT / "drivers" / "profiles"
+STOP_WITHIN_S = 0.3
 HERE = {"ur10e": (0.0, -1.5, 1.5, -1.5, -1.5, 0.0), "abb_irb910sc": (0.1, 0.2, 0.05, 0.3)}
 
 
@@ -54,3 +59,37 @@ def modbus_cell(
         cell = Cell(world, controller, robot, time_scale)
         cell.restore()
         yield cell
+
+
+def quick(cell: Cell) -> JointMotion:
+    return JointMotion((cell.here[0] + 0.1, *cell.here[1:]), 1.0, 2.0, deadline_s=5.0)
+
+
+def slow(cell: Cell) -> JointMotion:
+    return JointMotion((3.0, *cell.here[1:]), speed=0.1, acceleration=1.0, deadline_s=20.0)
+
+
+def go_on() -> bool:
+    return True
+
+
+def once_moving(cell: Cell, action: Callable[[], object]) -> Callable[[], bool]:
+    """Permission that does something once, when the world's robot moves."""
+    done = []
+
+    def may_continue() -> bool:
+        if not done and cell.world.joints()[0] > cell.here[0] + 0.02:
+            done.append(time.monotonic())
+            return action() is not False
+        return True
+
+    may_continue.done = done
+    return may_continue
+
+
+def assert_stays(cell: Cell, for_s: float = 0.4) -> None:
+    stopped_at = cell.world.joints()
+    end_s = time.monotonic() + for_s
+    while time.monotonic() < end_s:
+        assert cell.world.joints() == stopped_at
+        time.sleep(0.05)

@@ -6,17 +6,25 @@ from pathlib import Path
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 from robocal.diagnosis.catalogue import EFFECTS
-from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect, RowResiduals
+from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
+from robocal.diagnosis.effect import Coefficient, Instance
 from robocal.errors import BadInput
 from robocal.formats.bundle import Bundle
+from service.diagnosis_plots import covariate_plots, residual_plot
 from service.report_lines import VERDICTS
 
 _MOST_CAUSES = 8
-_WIDTH, _HEIGHT, _LEFT, _BOTTOM = 900.0, 260.0, 60.0, 24.0
-_MOST_POINTS = 1500
+_UNITS = (
+    ("_rad_kg_per_nm", "_in_urad_kg_per_nm", 1e6),
+    ("_rad_per_nm", "_in_urad_per_nm", 1e6),
+    ("_rad_per_k", "_in_urad_per_k", 1e6),
+    ("_per_k", "_in_ppm_per_k", 1e6),
+    ("_rad", "_in_mrad", 1e3),
+    ("_m", "_in_mm", 1e3),
+)
+"""Endings of coefficients, how a person reads them, and the factor."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +32,17 @@ class CauseText:
     """One cause as the page tells it."""
 
     what: str
-    meaning: str
+    """In words."""
+    name: str
+    """As the public interface calls it."""
     cost: float
     """RMS that it adds [mm]"""
     values: tuple[str, ...]
     probability: float
     share: float
     others: tuple[str, ...]
+    corrections: tuple[str, ...]
+    """Small effects that mend its form."""
     in_sample_only: bool
     advice: str
 
@@ -70,6 +82,7 @@ def report_html(bundle: Bundle, found: Diagnosis) -> str:
         causes=[cause_text(named) for named in found.effects[:_MOST_CAUSES]],
         more=max(len(found.effects) - _MOST_CAUSES, 0),
         plot=residual_plot(found.residuals),
+        plots=covariate_plots(bundle.measurements, bundle.robot, found.residuals),
         faults=[
             *(f"{slip.report()} (mended before the diagnosis)" for slip in found.slips),
             *(f"measurements.csv line {row.line}: {row.reason}" for row in found.outliers),
@@ -84,11 +97,9 @@ def report_html(bundle: Bundle, found: Diagnosis) -> str:
 def cause_text(named: NamedEffect) -> CauseText:
     """One cause in words and figures."""
     instance = named.fitted.instance
-    effect = EFFECTS[instance.effect]
     gain = named.gain
-    cost = np.sqrt(max(gain.before**2 - gain.after**2, 0.0))
     values = tuple(
-        f"{coefficient.name} = {value:.3g} ± {std:.1g}"
+        _measure(coefficient, value, std)
         for coefficient, value, std in zip(
             instance.coefficients, named.fitted.values, named.fitted.std, strict=True
         )
@@ -99,51 +110,37 @@ def cause_text(named: NamedEffect) -> CauseText:
         if cause.key != (instance.effect, instance.joint)
     )
     return CauseText(
-        what=instance.title,
-        meaning=(type(effect).__doc__ or "").strip(),
-        cost=float(cost) * 1e3,
+        what=_heading(instance),
+        name=instance.title,
+        cost=float(np.sqrt(max(gain.before**2 - gain.after**2, 0.0))) * 1e3,
         values=values,
         probability=named.probability,
         share=named.explained_fraction,
         others=others,
+        corrections=tuple(fitted.instance.title for fitted in named.form_corrections),
         in_sample_only=named.in_sample_only,
-        advice=effect.advice,
+        advice=EFFECTS[instance.effect].advice,
     )
 
 
-def residual_plot(rows: RowResiduals) -> Markup:
-    """Residuals row by row as SVG, logarithmic in mm."""
-    every = max(1, len(rows.lines) // _MOST_POINTS)
-    index = np.arange(0, len(rows.lines), every)
-    before, after = (np.maximum(values[index] * 1e3, 1e-4) for values in (rows.before, rows.after))
-    low = np.floor(np.log10(min(before.min(), after.min())))
-    high = np.ceil(np.log10(max(before.max(), after.max())))
-    x = _LEFT + (_WIDTH - _LEFT) * (index + 0.5) / len(rows.lines)
+def _heading(instance: Instance) -> str:
+    """In words: where, and what it is."""
+    meaning = (type(EFFECTS[instance.effect]).__doc__ or "").strip().rstrip(".")
+    where = "" if instance.joint is None else f"Joint {instance.joint}: "
+    arguments = ", ".join(f"{name} {value:.4g}" for name, value in instance.arguments)
+    return f"{where}{meaning[:1].lower() if where else meaning[:1]}{meaning[1:]}" + (
+        f" ({arguments})" if arguments else ""
+    )
 
-    def height(values: float | np.ndarray) -> np.ndarray:
-        share = (np.log10(values) - low) / max(high - low, 1.0)
-        return np.asarray((_HEIGHT - _BOTTOM) * (1.0 - share) + 6.0)
 
-    parts = [
-        f'<svg viewBox="0 0 {_WIDTH:.0f} {_HEIGHT:.0f}" role="img" '
-        'aria-label="residuals before and after, millimetres">'
-    ]
-    for decade in range(int(low), int(high) + 1):
-        y = float(height(10.0**decade))
-        parts.append(
-            f'<line x1="{_LEFT}" x2="{_WIDTH}" y1="{y:.1f}" y2="{y:.1f}" stroke="var(--line)"/>'
-            f'<text x="{_LEFT - 8}" y="{y + 4:.1f}" text-anchor="end">{10.0**decade:g} mm</text>'
-        )
-    colours = np.where(rows.held_out[index], "var(--held)", "var(--after)")
-    for column, y_before, y_after, colour in zip(
-        x, height(before), height(after), colours, strict=True
-    ):
-        parts.append(
-            f'<circle cx="{column:.1f}" cy="{y_before:.1f}" r="1.8" fill="var(--before)"/>'
-        )
-        parts.append(f'<circle cx="{column:.1f}" cy="{y_after:.1f}" r="1.8" fill="{colour}"/>')
-    parts.append("</svg>")
-    return Markup("".join(parts))
+def _measure(coefficient: Coefficient, value: float, std: float) -> str:
+    """A coefficient in a unit that a person reads."""
+    name, factor = coefficient.name, 1.0
+    for ending, unit, scale in _UNITS:
+        if name.endswith(ending):
+            name, factor = name.removesuffix(ending) + unit, scale
+            break
+    return f"{name.replace('_', ' ')}: {value * factor:.3g} ± {std * factor:.2g}"
 
 
 def _capital(sentence: str) -> str:

@@ -14,7 +14,6 @@ from numpy import ndarray as Array
 
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
-from robocal.diagnosis.effect import Instance
 from robocal.diagnosis.evidence import log_sum_exp
 from robocal.diagnosis.group import Group, listed
 from robocal.diagnosis.linearised import Linearised
@@ -49,24 +48,28 @@ def _listed(
     for effect in EFFECTS.values():
         if effect.name in STEPS:
             continue
-        by_joint: dict[int | None, list[Instance]] = {}
-        for instance in effect.instances(rows):
-            by_joint.setdefault(instance.joint, []).append(instance)
-        for joint, instances in by_joint.items():
-            scored = []
-            for instance in instances:
-                X = fit.columns(effect.moves(rows, instance))
-                inside = fit.basis.T @ X
-                scored.append((X.T @ X - inside.T @ inside, residuals.T @ X))
-            share = 1.0 - _SEARCHED_SHARE if effect.name == "gear_harmonic" else 1.0
+        instances = effect.instances(rows)
+        if not instances:
+            continue
+        # Side by side: the basis of many rows is read once an effect, not once a candidate.
+        X = np.concatenate([fit.columns(effect.moves(rows, i)) for i in instances], axis=1)
+        inside, b = fit.basis.T @ X, residuals.T @ X
+        M = X.T @ X - inside.T @ inside
+        last = np.cumsum([len(instance.coefficients) for instance in instances])
+        parts = [
+            slice(end - len(i.coefficients), end) for i, end in zip(instances, last, strict=True)
+        ]
+        share = 1.0 - _SEARCHED_SHARE if effect.name == "gear_harmonic" else 1.0
+        for joint in dict.fromkeys(instance.joint for instance in instances):
+            here = [k for k, instance in enumerate(instances) if instance.joint == joint]
             yield Group(
                 effect.name,
                 joint,
-                listed(instances),
-                np.stack([instance.prior_std for instance in instances]),
-                np.full(len(instances), np.log(share / len(instances))),
-                np.stack([M for M, _ in scored]),
-                np.stack([b for _, b in scored]),
+                listed([instances[k] for k in here]),
+                np.stack([instances[k].prior_std for k in here]),
+                np.full(len(here), np.log(share / len(here))),
+                np.stack([M[parts[k], parts[k]] for k in here]),
+                np.stack([b[:, parts[k]] for k in here]),
             )
 
 

@@ -41,6 +41,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
     help="Robot-cell calibration: identify what the robot really is, and say how sure it is.",
 )
 for command in COMMANDS:

@@ -17,8 +17,10 @@ from robocal.diagnosis.effect import base_index, theta, tool_index
 from robocal.diagnosis.evidence import chi_square
 from robocal.diagnosis.linearised import Linearised
 
-SIGNIFICANT = 1e-3
+SIGNIFICANT = 4e-4
 """Chance per block that counts as a dependence; [1]"""
+_SWAYS = 12
+"""Half periods of a slow sway over the campaign; [1]"""
 
 
 @dataclass(frozen=True)
@@ -32,8 +34,9 @@ class Dependence:
 def dependences(rows: Circumstances, fit: Linearised) -> list[Dependence]:
     """Every covariate with its p-value, strongest first."""
     found = []
-    for name, basis in _bases(rows).items():
-        X = _block(rows, fit, basis)
+    blocks = [(name, _block(rows, fit, basis)) for name, basis in _bases(rows).items()]
+    blocks.append((_clock(rows), _sway(rows, fit)))
+    for name, X in blocks:
         X = X - fit.basis @ (fit.basis.T @ X)
         statistic = float(chi_square(X.T @ X, X.T @ fit.r))
         k = _rank(X)
@@ -43,7 +46,22 @@ def dependences(rows: Circumstances, fit: Linearised) -> list[Dependence]:
         rest = max(float(fit.r @ fit.r) - statistic, 1e-300)
         F = (statistic / k) / (rest / nu)
         found.append(Dependence(name, float(betainc(nu / 2, k / 2, nu / (nu + k * F)))))
-    return sorted(found, key=lambda dependence: dependence.p_value)
+    found.sort(key=lambda dependence: dependence.p_value)
+    strongest = {dependence.covariate: dependence for dependence in reversed(found)}
+    return sorted(strongest.values(), key=lambda dependence: dependence.p_value)
+
+
+def _clock(rows: Circumstances) -> str:
+    return "t_s" if rows.timed else "row"
+
+
+def _sway(rows: Circumstances, fit: Linearised) -> Float[Array, "scalar column"]:
+    """The base shifted to and fro with time, faster than a drift."""
+    share = (rows.time - rows.time.min()) / (np.ptp(rows.time) or 1.0)
+    waves = np.cos(np.pi * np.outer(share, np.arange(1, _SWAYS + 1)))
+    base = base_index(rows)
+    columns = fit.W[base : base + 3].T[:, :, None] * waves[fit.row][:, None, :]
+    return np.asarray(columns.reshape(len(fit.row), -1))
 
 
 def _bases(rows: Circumstances) -> dict[str, Float[Array, "row function"]]:
@@ -61,7 +79,7 @@ def _bases(rows: Circumstances) -> dict[str, Float[Array, "row function"]]:
     for joint, move in enumerate((rows.joints - rows.previous).T, start=1):
         if np.ptp(move) > 0:
             bases[f"move{joint}"] = move[:, None]
-    bases["t_s" if rows.timed else "row"] = _powers(rows.time)
+    bases[_clock(rows)] = _powers(rows.time)
     for name, values in (
         ("temperature_degc", rows.temperature),
         ("payload_kg", rows.payload),

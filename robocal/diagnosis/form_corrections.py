@@ -16,6 +16,8 @@ from robocal.diagnosis.linearised import Linearised
 
 FORM_SHARE = 0.04
 """Of the square of an effect: a form that is wrong by a fifth; [1]"""
+MENDING_SHARE = 0.15
+"""Of the same: what a correction may amount to before the others take their part back; [1]"""
 ALIKE = 0.5
 """Cosine after projection from which one effect resembles another; [1]"""
 
@@ -48,6 +50,7 @@ def causes_and_forms(
         for group in groups:
             main = group[0]
             small = dropped[position] < FORM_SHARE * sizes[main] * scale
+            small &= sizes[position] < MENDING_SHARE * sizes[main]
             alike = np.linalg.norm(directions[main].T @ directions[position], 2)
             if small and alike > ALIKE:
                 group.append(position)

@@ -141,3 +141,23 @@ def test_rows_without_a_column_do_not_offer_what_needs_it():
     for name in ("thermal_expansion", "joint_thermal_drift", "payload_compliance"):
         assert not EFFECTS[name].instances(blind)
     assert EFFECTS["warm_up"].instances(blind)
+
+
+def test_unknown_masses_load_a_joint_as_masses_at_the_ends_of_the_links_do():
+    arm, rows = arm_and_rows()
+    mass = np.array([0.0, 3.0, 0.0, 2.0, 0.0, 1.0])
+    load = replace(rows.load, mass=mass, centre=np.zeros((6, 3)), payload=np.zeros(N))
+    rows = replace(rows, load=load)
+    around = seen(arm, rows)
+    around = replace(around, robot=replace(around.robot, masses=None))
+    (instance,) = [i for i in EFFECTS["joint_compliance"].instances(around) if i.joint == 2]
+    names = [coefficient.name for coefficient in instance.coefficients]
+    points = ["2", "4", "6", "tip"]
+    assert names == [f"compliance_times_mass_{p}_rad_kg_per_nm" for p in points]
+    compliance = 2e-6
+    values = compliance * np.array([3.0, 2.0, 1.0, 0.0])
+    model = around.robot.geometry.with_frames(arm.base, arm.tool).with_frames_as_origin()
+    fitted = FittedEffect(instance, values, np.zeros((4, 4)))
+    got = predict(model, around, (fitted,)).p.T - predict(model, around, ()).p.T
+    moved = PHYSICS["joint_compliance"](arm, rows, 2, compliance) - arm.poses(rows.q)
+    np.testing.assert_allclose(got, moved[:, :3, 3], atol=1e-3 * np.abs(moved).max())

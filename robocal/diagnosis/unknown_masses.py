@@ -24,11 +24,6 @@ def torques_of_unit_masses(rows: Circumstances, joint: int) -> dict[str, Float[A
     }
 
 
-def moments_of_unit_masses(rows: Circumstances) -> dict[str, Float[Array, "3 row"]]:
-    """Moment about the base's origin of one kilogram at each point [Nm]."""
-    return {name: rows.moment_of(1.0, point) for name, point in rows.mass_places.items()}
-
-
 def unit_mass_coefficients(
     quantity: str, prior: float, loads: dict[str, Array], least: float
 ) -> tuple[Coefficient, ...]:

@@ -133,7 +133,9 @@ def abort(session: Session, queue: JobQueue, number: int) -> CampaignRow:
     queue.withdraw(session, number, JobEnd.cancelled)
     _enter(row, CampaignState.aborted, "aborted by a person")
     row.finished = utc_now()
-    _disarm(session, row.cell)
+    # The operator's leave is the cell's, and another campaign may be moving under it.
+    if not queue.is_driven(session, row.cell):
+        _disarm(session, row.cell)
     return row
 
 

@@ -74,6 +74,10 @@ class JobQueue(Protocol):
         """Whether a live worker holds a job of the campaign."""
         ...
 
+    def is_driven(self, session: Session, cell: str | None) -> bool:
+        """Whether a job that collects readings runs in the cell, even if its worker is silent."""
+        ...
+
     def requeue_held(self, session: Session, campaign: int) -> None:
         """Put the held job of a campaign back into the queue."""
         ...

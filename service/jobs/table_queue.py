@@ -86,6 +86,21 @@ class TableQueue:
             is True
         )
 
+    def is_driven(self, session: Session, cell: str | None) -> bool:
+        """Whether a collecting job is in a worker's hands."""
+        return (
+            session.scalar(
+                select(
+                    exists().where(
+                        JobRow.cell == cell,
+                        JobRow.kind == JobKind.collect,
+                        JobRow.state == "running",
+                    )
+                )
+            )
+            is True
+        )
+
     def requeue_held(self, session: Session, campaign: int) -> None:
         """Put the held job back."""
         session.execute(

@@ -1,5 +1,8 @@
 import pytest
 
+from service.campaigns.life import WorkersSide
+from service.jobs.table_queue import TableQueue
+
 POSE = {f"j{joint}_deg": 10.0 * joint for joint in range(1, 7)}
 
 
@@ -87,6 +90,20 @@ def test_a_queued_campaign_is_paused_resumed_and_aborted_without_a_worker(client
         answer = client.post(f"campaigns/1/{action}")
         assert answer.status_code == 409
         assert "Campaign 1 is aborted" in answer.json()["detail"]
+
+
+def test_aborting_a_waiting_campaign_leaves_the_one_that_moves_alone(client, cell, database):
+    start(client)
+    start(client)
+    queue = TableQueue(database, lease_s=60.0)
+    moving = queue.claim("w1")
+    life = WorkersSide(queue, moving)
+    with database.write() as session:
+        life.start(session)
+    assert client.post("campaigns/2/abort").json() == {"id": 2, "state": "aborted"}
+    assert client.get("cells/c1").json()["armed"] is True
+    with database.read() as session:
+        assert life.wished_stop(session) is None
 
 
 def test_resuming_needs_an_armed_cell(client, cell):

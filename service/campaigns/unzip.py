@@ -15,6 +15,20 @@ _RATIO_COUNTS_FROM = 1 << 20
 """A small file may compress well; a bomb does so at size [bytes]."""
 _NEEDED = (CAMPAIGN, MEASUREMENTS)
 _ENCRYPTED = 0x1
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""The others unpack a whole block at once, however large, before its size can be judged."""
+_LONGEST_NAME = 255
+"""Of a file in most file systems [bytes]."""
+_UNREADABLE = (
+    zipfile.BadZipFile,
+    zlib.error,
+    EOFError,
+    NotImplementedError,
+    # A stated offset may lie before the start of the file or past all numbers.
+    OSError,
+    ValueError,
+    OverflowError,
+)
 
 
 @dataclass(frozen=True)
@@ -38,7 +52,7 @@ def unpack(upload: IO[bytes], limits: UnpackLimits) -> dict[str, bytes]:
     try:
         with zipfile.ZipFile(upload) as archive:
             files = _read_all(archive, limits)
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
+    except _UNREADABLE as error:
         raise Unusable(
             f"The upload is not a readable .zip ({error}); send the bundle's folder zipped."
         ) from error
@@ -53,18 +67,25 @@ def unpack(upload: IO[bytes], limits: UnpackLimits) -> dict[str, bytes]:
 
 
 def _read_all(archive: zipfile.ZipFile, limits: UnpackLimits) -> dict[str, bytes]:
-    entries = [entry for entry in archive.infolist() if not entry.is_dir()]
+    entries = [entry for entry in archive.infolist() if not (entry.is_dir() or _of_finder(entry))]
     if len(entries) > limits.files:
         raise Unusable(f"The .zip holds {len(entries)} files; a bundle has at most {limits.files}.")
     files: dict[str, bytes] = {}
     room = limits.total_bytes
     for entry in entries:
         _check_entry(entry)
-        if entry.filename in files:
-            raise Unusable(f"The .zip holds '{entry.filename}' twice.")
-        files[entry.filename] = _read_one(archive, entry, room, limits)
-        room -= len(files[entry.filename])
+        name = str(PurePosixPath(entry.filename))
+        if name in files:
+            raise Unusable(f"The .zip holds '{name}' twice.")
+        files[name] = _read_one(archive, entry, room, limits)
+        room -= len(files[name])
     return files
+
+
+def _of_finder(entry: zipfile.ZipInfo) -> bool:
+    """Whether macOS added the entry by itself when a person zipped a folder."""
+    parts = PurePosixPath(entry.filename).parts
+    return bool(parts) and (parts[0] == "__MACOSX" or parts[-1] == ".DS_Store")
 
 
 def _check_entry(entry: zipfile.ZipInfo) -> None:
@@ -74,11 +95,18 @@ def _check_entry(entry: zipfile.ZipInfo) -> None:
     outside = path.is_absolute() or ".." in path.parts or ":" in name or "\\" in name
     if outside or "\0" in name or not name.isprintable():
         raise Unusable(f"The .zip holds {name!r}, a name that leads outside the bundle's folder.")
+    if not path.parts or any(len(part.encode()) > _LONGEST_NAME for part in path.parts):
+        raise Unusable(f"The .zip holds '{name[:40]}', which no file can be named.")
     kind = stat.S_IFMT(entry.external_attr >> 16)
     if kind not in {0, stat.S_IFREG}:
         raise Unusable(f"The .zip holds {name!r}, which is a link or device, not a plain file.")
     if entry.flag_bits & _ENCRYPTED:
         raise Unusable(f"The .zip holds {name!r}, which is encrypted; send it without a password.")
+    if entry.compress_type not in _METHODS:
+        raise Unusable(
+            f"The .zip holds {name!r}, packed by method {entry.compress_type}; "
+            "send it packed by the usual one (deflate) or not at all."
+        )
 
 
 def _read_one(

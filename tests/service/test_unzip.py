@@ -13,6 +13,8 @@ from service.errors import Unusable
 LIMITS = UnpackLimits(total_bytes=4_000_000, ratio=50, files=5)
 GOOD = {"robot.yaml": b"name: r\n", "campaign.yaml": b"robot: robot.yaml\n"}
 GOOD["measurements.csv"] = b"j1_deg\n1\n"
+CENTRAL_OFFSET_IN_END = (b"PK\x05\x06", 16)
+LOCAL_OFFSET_IN_CENTRAL = (b"PK\x01\x02", 42)
 
 
 def archive(files: dict[str, bytes]) -> io.BytesIO:
@@ -90,6 +92,48 @@ def test_damaged_content_is_refused():
         unpack(io.BytesIO(packed), LIMITS)
 
 
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+@pytest.mark.parametrize("damage", [0, 0xFF])
+def test_an_unusual_packing_is_refused_before_it_is_unpacked(method, damage):
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w", method) as packed:
+        packed.writestr("measurements.csv", bytes(range(256)) * 40)
+    content = bytearray(target.getvalue())
+    content[60] ^= damage
+    with pytest.raises(Unusable, match="deflate"):
+        unpack(io.BytesIO(content), LIMITS)
+
+
+@pytest.mark.parametrize("offset", [0xFFFF_FFF0, 0x7FFF_FFFF, 1])
+@pytest.mark.parametrize("field", [CENTRAL_OFFSET_IN_END, LOCAL_OFFSET_IN_CENTRAL])
+@pytest.mark.parametrize("on_disk", [False, True])
+def test_an_offset_that_leads_nowhere_is_refused(field, offset, on_disk, tmp_path):
+    content = bytearray(archive(GOOD).getvalue())
+    signature, place = field
+    struct.pack_into("<I", content, content.rindex(signature) + place, offset)
+    (tmp_path / "b.zip").write_bytes(content)
+    with (
+        (tmp_path / "b.zip").open("rb") if on_disk else io.BytesIO(content) as upload,
+        pytest.raises(Unusable, match="not a readable"),
+    ):
+        unpack(upload, LIMITS)
+
+
+@pytest.mark.parametrize("name", [".", "./.", "n" * 300, "é" * 150, "folder/" + "n" * 300])
+def test_a_name_that_no_file_can_have_is_refused(name):
+    with pytest.raises(Unusable, match="no file can be named"):
+        unpack(archive(GOOD | {name: b"x"}), LIMITS)
+
+
+def test_what_finder_adds_is_left_out():
+    inside = {f"my bundle/{name}": content for name, content in GOOD.items()}
+    added = {f"__MACOSX/my bundle/._{name}": b"x" for name in GOOD}
+    assert unpack(archive(inside | added | {"my bundle/.DS_Store": b"x"}), LIMITS) == GOOD
+    assert (
+        unpack(archive(GOOD | {".DS_Store": b"x", "__MACOSX/._robot.yaml": b"x"}), LIMITS) == GOOD
+    )
+
+
 def test_missing_files_are_named():
     with pytest.raises(Unusable, match=r"lacks campaign\.yaml and measurements\.csv"):
         unpack(archive({"robot.yaml": b""}), LIMITS)
@@ -105,6 +149,8 @@ def test_too_many_files_and_a_file_twice_are_refused():
             packed.writestr("a", "2")
     with pytest.raises(Unusable, match="twice"):
         unpack(twice, LIMITS)
+    with pytest.raises(Unusable, match="twice"):
+        unpack(archive({"a": b"1", "./a": b"2"}), LIMITS)
 
 
 def _with_raw_name(name: str) -> io.BytesIO:

@@ -4,12 +4,15 @@ import hashlib
 from typing import Annotated
 
 from fastapi import Depends, Header, Request
+from pydantic import Field
 
 from service.db.engine import Database
 from service.idempotency import Once, request_digest
 from service.jobs.queue import JobQueue
 from service.settings import Settings
 
+RowNumber = Annotated[int, Field(ge=0, lt=2**63)]
+"""The number of a campaign, version or revision: what the database's integers hold."""
 IdempotencyKey = Annotated[str | None, Header(min_length=1, max_length=200)]
 
 

@@ -28,6 +28,7 @@ from service.dependencies import (
     IdempotencyKey,
     OnceDependency,
     QueueDependency,
+    RowNumber,
     SettingsDependency,
     once_of,
 )
@@ -84,7 +85,7 @@ async def import_bundle(
 def list_campaigns(
     database: DatabaseDependency,
     cell: str | None = None,
-    before: Annotated[int | None, Query(description="campaigns older than this one")] = None,
+    before: Annotated[RowNumber | None, Query(description="campaigns older than this one")] = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> Campaigns:
     """Campaigns, newest first, a page at a time."""
@@ -94,21 +95,21 @@ def list_campaigns(
 
 
 @router.get("/{campaign}")
-def get_campaign(campaign: int, database: DatabaseDependency) -> Campaign:
+def get_campaign(campaign: RowNumber, database: DatabaseDependency) -> Campaign:
     """State and progress of a campaign."""
     with database.read() as session:
         return store.shown(session, life.find(session, campaign))
 
 
 @router.post("/{campaign}/pause", response_model=Accepted)
-def pause_campaign(campaign: int, once: OnceDependency, queue: QueueDependency) -> Response:
+def pause_campaign(campaign: RowNumber, once: OnceDependency, queue: QueueDependency) -> Response:
     """Stop the robot; the campaign can be resumed."""
     return once.answer(lambda session: _accepted(life.pause(session, queue, campaign)))
 
 
 @router.post("/{campaign}/resume", response_model=Accepted)
 def resume_campaign(
-    campaign: int,
+    campaign: RowNumber,
     once: OnceDependency,
     queue: QueueDependency,
     how: Annotated[Resumption | None, Body()] = None,
@@ -121,17 +122,17 @@ def resume_campaign(
 
 
 @router.post("/{campaign}/abort", response_model=Accepted)
-def abort_campaign(campaign: int, once: OnceDependency, queue: QueueDependency) -> Response:
+def abort_campaign(campaign: RowNumber, once: OnceDependency, queue: QueueDependency) -> Response:
     """Stop the robot and end the campaign; what was measured stays."""
     return once.answer(lambda session: _accepted(life.abort(session, queue, campaign)))
 
 
 @router.get("/{campaign}/events", responses={200: {"content": {_EVENTS: {}}}, 204: {}})
 def campaign_events(
-    campaign: int,
+    campaign: RowNumber,
     database: DatabaseDependency,
     settings: SettingsDependency,
-    last_event_id: Annotated[int, Header(ge=0)] = 0,
+    last_event_id: Annotated[RowNumber, Header()] = 0,
 ) -> Response:
     """Send readings and progress as server-sent events, resumable by Last-Event-ID."""
     seen = events.look(database, campaign, last_event_id)
@@ -157,7 +158,7 @@ def campaign_events(
     responses={200: {"content": {_CSV: {"schema": {"type": "string"}}}}},
 )
 def get_measurements(
-    campaign: int, database: DatabaseDependency, accept: Annotated[str, Header()] = "*/*"
+    campaign: RowNumber, database: DatabaseDependency, accept: Annotated[str, Header()] = "*/*"
 ) -> Response:
     """Return what was measured: JSON, or measurements.csv by Accept."""
     with database.read() as session:
@@ -170,7 +171,7 @@ def get_measurements(
 
 
 @router.get("/{campaign}/bundle", response_class=Response, responses={200: {"content": _ZIP}})
-def get_bundle(campaign: int, database: DatabaseDependency) -> Response:
+def get_bundle(campaign: RowNumber, database: DatabaseDependency) -> Response:
     """Return the bundle as .zip: robot.yaml, campaign.yaml, measurements.csv."""
     with database.read() as session:
         content = measurements.bundle_zip(session, life.find(session, campaign))
@@ -182,19 +183,19 @@ def get_bundle(campaign: int, database: DatabaseDependency) -> Response:
 
 
 @router.get("/{campaign}/identification", response_model=ResultDocument)
-def get_identification(campaign: int, database: DatabaseDependency) -> Response:
+def get_identification(campaign: RowNumber, database: DatabaseDependency) -> Response:
     """identification.json of the newest run."""
     return _result(database, campaign, ResultKind.identification)
 
 
 @router.get("/{campaign}/uncertainty", response_model=ResultDocument)
-def get_uncertainty(campaign: int, database: DatabaseDependency) -> Response:
+def get_uncertainty(campaign: RowNumber, database: DatabaseDependency) -> Response:
     """uncertainty.json of the newest run."""
     return _result(database, campaign, ResultKind.uncertainty)
 
 
 @router.get("/{campaign}/verification", response_model=ResultDocument)
-def get_verification(campaign: int, database: DatabaseDependency) -> Response:
+def get_verification(campaign: RowNumber, database: DatabaseDependency) -> Response:
     """Pose error before and after compensation, at poses that no fit has seen."""
     return _result(database, campaign, ResultKind.verification)
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Header, Query, Response
 
-from service.dependencies import DatabaseDependency, OnceDependency
+from service.dependencies import DatabaseDependency, OnceDependency, RowNumber
 from service.errors import Unusable
 from service.parameters import store
 from service.parameters.models import Parameters, ParametersState
@@ -19,7 +19,7 @@ def get_parameters(
     cell: str,
     database: DatabaseDependency,
     state: ParametersState | None = None,
-    version: Annotated[int | None, Query(ge=1)] = None,
+    version: Annotated[RowNumber | None, Query(ge=1)] = None,
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
     """Return the released parameters, or a version or the newest candidate where asked for."""
@@ -39,7 +39,7 @@ def get_parameters(
 
 
 @router.post("/{version}/release", response_model=Parameters)
-def release_parameters(cell: str, version: int, once: OnceDependency) -> Response:
+def release_parameters(cell: str, version: RowNumber, once: OnceDependency) -> Response:
     """Let the MES use a candidate."""
     return once.answer(lambda session: store.release(session, cell, version))
 

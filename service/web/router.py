@@ -13,7 +13,7 @@ from service.campaigns.models import ENDED, Campaign, CampaignKind, CampaignStat
 from service.campaigns.results import ResultKind
 from service.cells import store as cells
 from service.db.engine import Database
-from service.dependencies import DatabaseDependency
+from service.dependencies import DatabaseDependency, RowNumber
 from service.errors import NotFound
 from service.web import assets, forms, result_view
 from service.web.rendering import page
@@ -61,14 +61,14 @@ def campaigns_part(database: DatabaseDependency) -> HTMLResponse:
 
 
 @router.get("/campaigns")
-def older_campaigns(database: DatabaseDependency, before: int | None = None) -> HTMLResponse:
+def older_campaigns(database: DatabaseDependency, before: RowNumber | None = None) -> HTMLResponse:
     """List campaigns that the first page has no room for."""
     with database.read() as session:
         return page("campaigns.html", listed=_listed(session, before))
 
 
 @router.get("/campaigns/{number}")
-def campaign_page(number: int, database: DatabaseDependency) -> HTMLResponse:
+def campaign_page(number: RowNumber, database: DatabaseDependency) -> HTMLResponse:
     """Live progress of a campaign, and its result."""
     with database.read() as session:
         try:
@@ -80,7 +80,7 @@ def campaign_page(number: int, database: DatabaseDependency) -> HTMLResponse:
 
 
 @router.get("/parts/campaigns/{number}/result")
-def result_part(number: int, database: DatabaseDependency) -> HTMLResponse:
+def result_part(number: RowNumber, database: DatabaseDependency) -> HTMLResponse:
     """Tables of a result; empty until there is one."""
     with database.read() as session:
         shown = campaigns.shown(session, life.find(session, number))

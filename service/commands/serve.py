@@ -1,11 +1,9 @@
 """`robocal serve`."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from contextlib import nullcontext
+from typing import Annotated, Any
 
 import typer
-
-if TYPE_CHECKING:
-    from service.child_process import ChildProcess
 
 
 def serve(
@@ -19,7 +17,9 @@ def serve(
 
     from robocal.errors import BadInput
     from service.main import serve as listen
+    from service.parent import WITH_PARENT
     from service.settings import Settings
+    from service.tended_process import TendedProcess
 
     given: dict[str, Any] = {"host": host, "port": port}
     try:
@@ -27,16 +27,6 @@ def serve(
     except ValidationError as error:
         first = error.errors()[0]
         raise BadInput(f"setting {'.'.join(map(str, first['loc']))}", first["msg"]) from None
-    beside = _worker() if worker else None
-    try:
+    beside = TendedProcess("service.jobs.worker", WITH_PARENT) if worker else nullcontext()
+    with beside:
         listen(settings)
-    finally:
-        if beside:
-            beside.close()
-
-
-def _worker() -> "ChildProcess":
-    from service.child_process import ChildProcess
-    from service.parent import WITH_PARENT
-
-    return ChildProcess("service.jobs.worker", WITH_PARENT)

@@ -20,6 +20,7 @@ from service.jobs.table_queue import TableQueue
 from service.parameters.router import router as parameters_router
 from service.parent import end_with_parent
 from service.settings import Settings
+from service.start_up import listening_socket, prepare_database
 from service.web.router import router as web_router
 
 STOP_GRACE_S = 3
@@ -71,15 +72,18 @@ class _Server(uvicorn.Server):
 
 
 def serve(settings: Settings) -> None:
-    """Listen until told to stop."""
+    """Prepare the database, and listen until told to stop; raises `BadInput`."""
+    prepare_database(settings)
+    with listening_socket(settings) as listener:
+        listen(settings, listener)
+
+
+def listen(settings: Settings, listener: socket.socket) -> None:
+    """Answer what comes to the address until told to stop."""
     config = uvicorn.Config(
-        create_app(settings),
-        host=settings.host,
-        port=settings.port,
-        log_level="warning",
-        timeout_graceful_shutdown=STOP_GRACE_S,
+        create_app(settings), log_level="warning", timeout_graceful_shutdown=STOP_GRACE_S
     )
-    _Server(config).run()
+    _Server(config).run([listener])
 
 
 def openapi_text() -> str:

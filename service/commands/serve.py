@@ -16,9 +16,10 @@ def serve(
     from pydantic import ValidationError
 
     from robocal.errors import BadInput
-    from service.main import serve as listen
+    from service.main import listen
     from service.parent import WITH_PARENT
     from service.settings import Settings
+    from service.start_up import listening_socket, prepare_database
     from service.tended_process import TendedProcess
 
     given: dict[str, Any] = {"host": host, "port": port}
@@ -27,6 +28,8 @@ def serve(
     except ValidationError as error:
         first = error.errors()[0]
         raise BadInput(f"setting {'.'.join(map(str, first['loc']))}", first["msg"]) from None
-    beside = TendedProcess("service.jobs.worker", WITH_PARENT) if worker else nullcontext()
-    with beside:
-        listen(settings)
+    prepare_database(settings)
+    with listening_socket(settings) as listener:
+        beside = TendedProcess("service.jobs.worker", WITH_PARENT) if worker else nullcontext()
+        with beside:
+            listen(settings, listener)

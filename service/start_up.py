@@ -1,0 +1,66 @@
+"""What has to be in place before the service listens; each fault in one sentence."""
+
+import socket
+
+from alembic.util import CommandError
+from sqlalchemy.exc import ArgumentError, DBAPIError
+
+from robocal.errors import BadInput
+from service.db.engine import open_database, sqlite_file
+from service.db.upgrade import upgrade_schema
+from service.settings import Settings
+
+
+def prepare_database(settings: Settings) -> None:
+    """Make the database or bring it up to this program.
+
+    Raises
+    ------
+    BadInput
+        If there is none at the address, or none that this program can use.
+    """
+    setting, url = "setting database_url", settings.database_url
+    try:
+        database = open_database(url, settings.busy_s)
+        try:
+            upgrade_schema(database)
+        finally:
+            database.close()
+    except ArgumentError:
+        # The address is not repeated: it may hold a password.
+        raise BadInput(
+            setting,
+            "this is no address of a database that is known here; "
+            "write it as sqlite:///folder/file.sqlite3",
+        ) from None
+    except ImportError as error:
+        raise BadInput(
+            setting,
+            f"the Python package '{error.name}', which speaks to it, is missing; install it",
+        ) from None
+    except OSError as error:
+        raise BadInput(
+            setting, f"the folder '{error.filename}' cannot be made ({error.strerror})"
+        ) from None
+    except DBAPIError as error:
+        place = sqlite_file(url) or "the server"
+        raise BadInput(
+            setting, f"{place} cannot be used as the database ({error.orig}); name another one"
+        ) from None
+    except CommandError as error:
+        raise BadInput(
+            setting, f"the database was made by another version of robocal ({error})"
+        ) from None
+
+
+def listening_socket(settings: Settings) -> socket.socket:
+    """Take the address before anything else is started; raises `BadInput` if it is in use."""
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    try:
+        return socket.create_server((settings.host, settings.port), family=family)
+    except OSError as error:
+        raise BadInput(
+            "setting port",
+            f"{settings.host}:{settings.port} cannot be listened on "
+            f"({error.strerror}); choose another port, 0 takes a free one",
+        ) from None

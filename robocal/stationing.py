@@ -33,6 +33,8 @@ OF_THE_SESSION = frozenset({
     "instrument_scale",
     "instrument_angle",
 })
+_WORSE = 0.02
+"""Share of the squared residual that an effect has to cost to be left behind; [1]"""
 _STEPS = 8
 _STANDSTILL = 1e-9
 """[m, rad]"""
@@ -81,20 +83,57 @@ def station(calibrated: CalibratedRobot, bundle: Bundle, provenance: Provenance)
     ready = prepare(replace(bundle, robot=robot), Choices())
     rows = ready.observe(bundle, ~ready.rows.held_out)
     cell = frames_alone(ready.start, rows, ready.choices, identify_simultaneously).cell
-    moved, covariance = _fit_frames(calibrated, ready, rows, cell, lasting)
-    gone = [f for f in calibrated.effects if f.instance.effect in OF_THE_SESSION]
+    carried = _carried_over(calibrated, ready, rows, cell, lasting)
+    moved = _fit_frames(calibrated, ready, rows, cell, carried)
+    session = [f for f in calibrated.effects if f.instance.effect in OF_THE_SESSION]
+    gone = [*session, *(f for f in lasting if f not in carried)]
     there = replace(
         calibrated,
-        model=moved.geometry.with_frames_as_origin(),
-        covariance=covariance,
+        model=moved.cell.geometry.with_frames_as_origin(),
+        covariance=moved.covariance,
         gravity=bundle.gravity,
         provenance=provenance,
-        effects=lasting,
+        effects=carried,
     )
     T = there.poses_of(ready.rows)
     distance = np.linalg.norm(ready.rows.position - T[:, :3, 3], axis=1)
     names = tuple(fitted.instance.title for fitted in gone)
     return Stationed(there, distance, ready.rows.held_out, names)
+
+
+@dataclass(frozen=True)
+class _Frames:
+    """Fitted base and tool."""
+
+    cell: CellModel
+    covariance: Float[Array, "parameter parameter"]
+    chi_square: float
+
+
+def _carried_over(
+    calibrated: CalibratedRobot,
+    ready: Prepared,
+    rows: Observations,
+    cell: CellModel,
+    effects: tuple[FittedEffect, ...],
+) -> tuple[FittedEffect, ...]:
+    """Leave behind, kind by kind and joint by joint, what makes the new rows fit worse.
+
+    What depended on the earlier station, an instrument's circle taken for a gear of joint 1 say,
+    shows by that; no number is fitted, so few rows tell.
+    """
+    now = _fit_frames(calibrated, ready, rows, cell, effects).chi_square
+    while True:
+        places = dict.fromkeys((f.instance.effect, f.instance.joint) for f in effects)
+        tried = [
+            tuple(f for f in effects if (f.instance.effect, f.instance.joint) != place)
+            for place in places
+        ]
+        found = [_fit_frames(calibrated, ready, rows, cell, rest).chi_square for rest in tried]
+        if not found or min(found) > (1.0 - _WORSE) * now:
+            return effects
+        best = int(np.argmin(found))
+        effects, now = tried[best], found[best]
 
 
 def _links_now(calibrated: CalibratedRobot) -> Float[Array, "joint 5"]:
@@ -113,7 +152,7 @@ def _fit_frames(
     rows: Observations,
     cell: CellModel,
     effects: tuple[FittedEffect, ...],
-) -> tuple[CellModel, Float[Array, "parameter parameter"]]:
+) -> _Frames:
     """Gauss-Newton over the frames with the effects acting."""
     n = cell.geometry.n_parameters
     free = np.arange(n - 12, n if rows.has_orientation else n - 3)
@@ -130,7 +169,8 @@ def _fit_frames(
     covariance = calibrated.covariance.copy()
     covariance[-12:] = covariance[:, -12:] = 0.0
     covariance[np.ix_(free, free)] = np.linalg.pinv(fit.known.T @ fit.known)
-    return cell, covariance
+    residual = whitened_residual(cell, rows, around, effects)
+    return _Frames(cell, covariance, float(residual @ residual))
 
 
 def _around(calibrated: CalibratedRobot, cell: CellModel, rows: MeasurementSet) -> Circumstances:

@@ -4,7 +4,7 @@ from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 from scipy.special import gammaincc
 
@@ -39,6 +39,8 @@ from robocal.identification.solve import Solution, frames_alone, solve_without_o
 
 FALSE_ALARM = 0.025
 """Chance that clean data have anything named; [1]"""
+_DOUBTFUL = 0.5
+"""Probability of a name below which it has to gain on left-out blocks; [1]"""
 _NULL_DRAWS = 200
 _NULL_ROWS = 300
 _MOST_SMALL, _MOST_LARGE = 10, 60
@@ -80,8 +82,8 @@ def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
     most = _MOST_LARGE if len(rows) > _MANY_ROWS else _MOST_SMALL
     limits = Limits(_threshold(rows, geometric), most)
     found = select_effects(solution.problem, solution.fit.cell, rows, limits)
-    done = _diagnosis(bundle, targets, solution, Steps(rows, fitted, geometric, found), provenance)
-    return replace(done, slips=slips)
+    steps = _without_doubtful(targets, solution, Steps(rows, fitted, geometric, found))
+    return replace(_diagnosis(bundle, targets, solution, steps, provenance), slips=slips)
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,30 @@ class Steps:
     fitted: Int[Array, "row"]
     geometric: JointFit
     found: JointFit
+
+
+def _without_doubtful(targets: Targets, solution: Solution, steps: Steps) -> Steps:
+    """Leave out effects that probably are something else and gain nothing on left-out blocks."""
+    judged = _judged(targets, steps)
+    effects = judge_effects(targets, steps.fitted, judged, steps.geometric, steps.found)
+    doubtful = {
+        fitted.instance
+        for effect in effects
+        if effect.probability < _DOUBTFUL and effect.in_sample_only
+        for fitted in (effect.fitted, *effect.form_corrections)
+    }
+    if not doubtful or len(effects) == 1:
+        return steps
+    found = steps.found
+    kept = tuple(f.instance for f in found.effects if f.instance not in doubtful)
+    again = fit_jointly(solution.problem, found.cell, steps.rows, kept, found.effects)
+    return replace(steps, found=again)
+
+
+def _judged(targets: Targets, steps: Steps) -> Bool[Array, "row"]:
+    """Rows that the gain is measured on: those held out, else the fitted ones."""
+    held_out = targets.measured.held_out
+    return held_out if held_out.any() else chosen_rows(steps.fitted, len(held_out))
 
 
 def _all_circumstances(bundle: Bundle, ready: Prepared, solution: Solution) -> Circumstances:
@@ -128,7 +154,7 @@ def _diagnosis(
     rows, geometric, found = steps.rows, steps.geometric, steps.found
     measured = targets.measured
     held_out = measured.held_out
-    judged = held_out if held_out.any() else chosen_rows(steps.fitted, len(held_out))
+    judged = _judged(targets, steps)
     before, after = targets.with_all(geometric), targets.with_all(found)
     depends = _dependences(solution, rows, found)
     adequacy = judge(found.chi_square, found.nu)

@@ -14,8 +14,8 @@ from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.joint_fit import JointFit
 from robocal.diagnosis.linearised import Linearised
 
-FORM_SHARE = 0.04
-"""Of the square of an effect: a form that is wrong by a fifth; [1]"""
+FORM_SHARE = 0.025
+"""Of the square of an effect: a form that is wrong by a sixth; [1]"""
 MENDING_SHARE = 0.15
 """Of the same: what a correction may amount to before the others take their part back; [1]"""
 ALIKE = 0.5

@@ -106,7 +106,7 @@ def rows_of(table: Table, robot: Robot) -> MeasurementSet:
         position=_matrix(table, POSITION) * 1e-3,
         orientation=_orientation(table),
         distance=table.numbers("distance_mm") * 1e-3,
-        pose=_pose_numbers(table),
+        pose=_pose_numbers(table, robot),
         target=table.text("target"),
         held_out=np.zeros(n_rows, dtype=bool),
         time=table.numbers("t_s"),
@@ -148,9 +148,12 @@ def _approach(table: Table, robot: Robot) -> Float[Array, "row joint"]:
     return directions
 
 
-def _pose_numbers(table: Table) -> Array:
+def _pose_numbers(table: Table, robot: Robot) -> Array:
+    """Numbers of the poses; without a column rows with equal joints share one."""
     if "pose" not in table:
-        return np.arange(len(table.cells))
+        readings = np.round(read_joints(table, robot), 9)
+        _, first, same = np.unique(readings, axis=0, return_index=True, return_inverse=True)
+        return np.asarray(np.argsort(np.argsort(first))[same.ravel()])
     numbers = table.numbers("pose")
     wrong = np.isnan(numbers) | (numbers != np.round(numbers))
     if wrong.any():

@@ -23,6 +23,7 @@ from robocal.identification.solve import (
     Solution,
     covariance_of,
     frames_alone,
+    full_rank,
     solve_without_outliers,
 )
 from robocal.identification.station_drift import StationDrift, find_drift, remove_drift
@@ -98,8 +99,8 @@ def prepare(bundle: Bundle, choices: Choices) -> Prepared:
         name for name, target in bundle.targets.items() if name in seen and not target.fixed
     )
     fit_rows = observations(rows.fit_rows, bundle.instrument, place_names)
-    _refuse_too_few(bundle, fit_rows, place_names)
-    start = _start(bundle, fit_rows, place_names)
+    start = _start(bundle, fit_rows, place_names, choices)
+    _refuse_too_few(bundle, fit_rows, start)
     choices = _with_known_places(bundle, choices, place_names)
     if not fit_rows.has_position and fit_rows.has_distance:
         anchor = frozenset(f"anchor_{axis}" for axis in AXES)
@@ -108,7 +109,9 @@ def prepare(bundle: Bundle, choices: Choices) -> Prepared:
     return Prepared(rows, place_names, start, choices, drift)
 
 
-def _start(bundle: Bundle, rows: Observations, place_names: tuple[str, ...]) -> CellModel:
+def _start(
+    bundle: Bundle, rows: Observations, place_names: tuple[str, ...], choices: Choices
+) -> CellModel:
     """Nominal links; frames, nests and anchor at their closed-form start.
 
     What the rows do not see, the tool's rotation say, is taken from the campaign's guesses.
@@ -119,14 +122,16 @@ def _start(bundle: Bundle, rows: Observations, place_names: tuple[str, ...]) -> 
         frames = start_frames(geometry, rows, len(place_names))
     else:
         frames = start_from_lengths(geometry, rows, anchor, len(place_names))
-    tool = frames.tool.copy()
+    base, tool = frames.base, frames.tool.copy()
     if bundle.tool_guess is not None:
         guess = frame_from_xyz_ypr(bundle.tool_guess)
         if not rows.has_orientation:
             tool[:3, :3] = guess[:3, :3]
         if not (rows.place < 0).any():
             tool[:3, 3] = guess[:3, 3]
-    robot = geometry.with_frames(frames.base, geometry.flange @ tool).with_frames_as_origin()
+    base = _held("base", base, bundle.base_guess, choices)
+    tool = _held("tool", tool, bundle.tool_guess, choices)
+    robot = geometry.with_frames(base, geometry.flange @ tool).with_frames_as_origin()
     places = frames.places.copy()
     for index, name in enumerate(place_names):
         known = bundle.targets[name].place
@@ -141,6 +146,30 @@ def _start(bundle: Bundle, rows: Observations, place_names: tuple[str, ...]) -> 
         points = -residuals(cell, _as_positions(measured)).position.T
         cell = replace(cell, anchor=locate_anchor(points, measured.distance))
     return cell
+
+
+def _held(
+    frame: str,
+    found: Float[Array, "4 4"],
+    guess: Float[Array, "6"] | None,
+    choices: Choices,
+) -> Float[Array, "4 4"]:
+    """The start of a frame: the campaign's own value where any of its parameters is fixed.
+
+    Raises
+    ------
+    BadInput
+        If one is fixed and the campaign states no value.
+    """
+    fixed = [name for name in choices.fixed if name.startswith(f"{frame}_")]
+    if not fixed:
+        return found
+    if guess is None:
+        raise BadInput(
+            f"parameter '{min(fixed)}'",
+            f"cannot be fixed: campaign.yaml states no {frame}_guess to hold it at",
+        )
+    return frame_from_xyz_ypr(guess)
 
 
 def _as_positions(rows: Observations) -> Observations:
@@ -248,24 +277,16 @@ def _refuse_unknown_targets(bundle: Bundle) -> None:
             )
 
 
-def _refuse_too_few(bundle: Bundle, rows: Observations, place_names: tuple[str, ...]) -> None:
-    wanted = _wanted(bundle, rows, place_names)
-    if rows.n_scalars < wanted:
+def _refuse_too_few(bundle: Bundle, rows: Observations, start: CellModel) -> None:
+    wanted = full_rank(start, rows)
+    _, first = np.unique(np.round(rows.joints, 6), axis=0, return_index=True)
+    different = int(rows.scalars_of_row[first].sum()) * max(len(start.place_names), 1)
+    if min(rows.n_scalars, different) < wanted:
         least = -(-wanted * len(rows) // max(rows.n_scalars, 1))
         raise BadInput(
             f"measurements.csv lines {bundle.measurements.lines[0]} to "
             f"{bundle.measurements.lines[-1]}",
-            f"{len(rows)} rows to fit give {rows.n_scalars} numbers for {wanted} parameters; "
-            f"measure at least {least} poses besides those held out",
+            f"{len(rows)} rows to fit, {len(first)} different poses among them, give "
+            f"{min(rows.n_scalars, different)} numbers for {wanted} parameters; "
+            f"measure at least {least} different poses besides those held out",
         )
-
-
-def _wanted(bundle: Bundle, rows: Observations, place_names: tuple[str, ...]) -> int:
-    """Parameters that good data determine: 4 a revolute joint, 2 a prismatic one, frames."""
-    geometry = bundle.robot.geometry
-    prismatic = int(np.count_nonzero(geometry.prismatic))
-    chain = 4 * (geometry.n_joints - prismatic) + 2 * prismatic
-    if rows.has_orientation:
-        return chain + 6 + 3 * len(place_names)
-    points = len(np.unique(rows.place))
-    return chain + 3 * points - (0 if rows.has_position else 3)

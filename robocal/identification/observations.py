@@ -76,8 +76,8 @@ class Observations:
         """Derivatives of the target at these rows."""
         return KeptJacobian(self.joints)
 
-    def choose(self, rows: Bool[Array, "row"]) -> "Observations":
-        """The rows where `rows` is True."""
+    def choose(self, rows: Bool[Array, "row"] | Int[Array, "chosen"]) -> "Observations":
+        """The rows where `rows` is True, or of these numbers."""
         chosen = {
             field.name: getattr(self, field.name)[..., rows]
             for field in fields(self)

@@ -78,7 +78,7 @@ def own_prior(key: str, value: float) -> tuple[str, float]:
     name, _, unit = key.rpartition("_")
     if unit not in ("mm", "deg"):
         raise ValueError("must end in _mm or _deg")
-    if value <= 0:
+    if not 0 < value < float("inf"):
         raise ValueError(f"must be positive, not {value:g}")
     return name, value * (1e-3 if unit == "mm" else np.pi / 180.0)
 

@@ -21,6 +21,9 @@ from robocal.identification.redundancy import (
 from robocal.identification.strategy import Fit, Problem, Strategy
 
 _STRUCTURE_ROWS = 400
+_GENERIC_ROWS = 200
+_GENERIC_TURN, _GENERIC_SLIDE = 1.5, 0.3
+"""How far joints are spread to see what well-spread poses would tell [rad], [m]"""
 _MAX_SECOND_LOOKS = 3
 _MAX_REJECTIONS = 10
 
@@ -120,7 +123,7 @@ def solve(
     """
     std = prior_std(start, choices)
     centre = start if nominal is None else nominal
-    redundancy = structure(centre, rows, std)
+    redundancy = _with_unexercised(structure(centre, rows, std), centre, rows, std)
     free = redundancy.identified | redundancy.weak
     problem = problem_of(start, rows, np.flatnonzero(free), std, centre)
     fit = how(problem)
@@ -169,6 +172,46 @@ def problem_of(
         precision = np.where(np.isfinite(std), 1.0 / std**2, 0.0)
     precision[std == 0.0] = 0.0
     return Problem(start, rows, free, (centre or start).vector, precision)
+
+
+def full_rank(cell: CellModel, rows: Observations) -> int:
+    """Parameters that well-spread rows of this kind determine.
+
+    4 a revolute joint, 2 a prismatic one, and the frames: 6 for full poses, 3 a measured point,
+    less 3 where only lengths were measured.
+    """
+    geometry = cell.geometry
+    prismatic = int(np.count_nonzero(geometry.prismatic))
+    chain = 4 * (geometry.n_joints - prismatic) + 2 * prismatic
+    if rows.has_orientation:
+        return chain + 6 + 3 * len(cell.place_names)
+    return chain + 3 * len(np.unique(rows.place)) - (0 if rows.has_position else 3)
+
+
+def _with_unexercised(
+    redundancy: Redundancy,
+    cell: CellModel,
+    rows: Observations,
+    std: Float[Array, "parameter"],
+) -> Redundancy:
+    """Keep parameters with their priors that only these joints leave open.
+
+    A true gauge moves the target alike at every pose and may stand at its nominal value. What is
+    redundant only because a joint stood still is unknown elsewhere, and its prior must say so.
+    """
+    if redundancy.rank >= full_rank(cell, rows):
+        return redundancy
+    few = rows.choose(np.resize(np.arange(len(rows)), _GENERIC_ROWS))
+    spread = np.where(cell.geometry.prismatic, _GENERIC_SLIDE, _GENERIC_TURN)
+    noise = np.random.default_rng(0).normal(size=few.joints.shape)
+    anywhere = column_kinds(cell, replace(few, joints=few.joints + noise * spread), std)
+    told_elsewhere = np.zeros(len(cell.names), dtype=bool)
+    told_elsewhere[anywhere.taken + anywhere.weak] = True
+    told_elsewhere &= ~(redundancy.identified | redundancy.weak)
+    reasons = dict(redundancy.reasons)
+    for index in np.flatnonzero(told_elsewhere):
+        reasons[cell.names[index]] += "; at these poses only: its prior stands for it elsewhere"
+    return replace(redundancy, weak=redundancy.weak | told_elsewhere, reasons=reasons)
 
 
 def _with_weak(

@@ -1,8 +1,9 @@
 r"""Drift of the measuring station, from nests that stand fixed beside the robot.
 
 Each visit of the nests gives the motion of the station's frame since the first visit: a
-translation, and a rotation too where three or more nests that are not in line were seen. Between
-visits it is interpolated over time. Rows are carried back into the frame of the first visit.
+translation, and a rotation too where three or more nests that are not in line were seen. Over time
+it is smoothed as far as the nests' noise allows, and interpolated between visits. Rows are carried
+back into the frame of the first visit.
 """
 
 from dataclasses import dataclass, replace
@@ -18,6 +19,9 @@ from robocal.measurements import MeasurementSet
 
 SIGNIFICANT = 0.01
 """Chance of a still station to look as if it moved; [1]"""
+_HIGHEST_DEGREE = 3
+_SMOOTH_ENOUGH = 0.05
+"""Chance of noise to leave as much as the polynomial leaves; [1]"""
 _LEVER = 0.05
 """Nests closer to a line than this give no rotation [m]"""
 
@@ -55,22 +59,24 @@ def find_drift(
     visits = _visits(fixed)
     if len(visits) < 2:
         return None
-    first = _mean_places(rows, visits[0])
-    centre = np.mean(list(first.values()), axis=0)
-    motions = [_Visit.of(first, _mean_places(rows, visit), centre, noise) for visit in visits]
-    moved = sum(visit.chi_square(np.zeros(3)) for visit in motions)
-    turned = sum(visit.chi_square(visit.shift) for visit in motions)
-    nu = 3 * sum(len(visit.arms) for visit in motions[1:])
-    nu_turned = nu - 3 * sum(len(visit.arms) > 0 for visit in motions[1:])
-    with_turns = _chance(turned, nu_turned) < SIGNIFICANT
-    translation, rotation = np.zeros((len(visits), 3)), np.zeros((len(visits), 3))
-    for number, visit in enumerate(motions[1:], start=1):
-        if not len(visit.arms):
-            translation[number], rotation[number] = translation[number - 1], rotation[number - 1]
-        else:
-            translation[number], rotation[number] = visit.motion(with_turns=with_turns)
+    places = [_mean_places(rows, visit) for visit in visits]
+    names = sorted({name for seen in places for name in seen})
+    nothing = np.full(3, np.nan)
+    seen = np.array([[visit.get(name, nothing) for name in names] for visit in places])
+    mean = np.nanmean(seen, axis=0)
+    std = noise.position_std(mean)[:, None]
+    away = seen - mean
+    count = int(np.isfinite(away[:, :, 0]).sum())
+    still = _chance(float(np.nansum((away / std) ** 2)), 3 * (count - len(names)))
+    shift = np.nanmean(away, axis=1)
+    left = float(np.nansum(((away - shift[:, None]) / std) ** 2))
+    turning = _chance(left, 3 * (count - len(names) - len(visits) + 1)) < SIGNIFICANT
+    arms = mean - mean.mean(axis=0)
+    motion = np.array([_motion(arms, moved, with_turns=turning) for moved in away])
     times = np.array([clock[visit].mean() for visit in visits])
-    return StationDrift(times, translation, rotation, centre, _chance(moved, nu))
+    smooth = _smoothed(times, motion, float(np.sqrt(np.mean(std**2) / len(names))))
+    smooth -= smooth[0]
+    return StationDrift(times, smooth[:, :3], smooth[:, 3:], mean.mean(axis=0), still)
 
 
 def _chance(chi_square: float, nu: int) -> float:
@@ -78,53 +84,42 @@ def _chance(chi_square: float, nu: int) -> float:
     return float(gammaincc(nu / 2.0, chi_square / 2.0)) if nu > 0 else 1.0
 
 
-@dataclass(frozen=True)
-class _Visit:
-    """What one visit of the nests says against the first."""
+def _motion(
+    arms: Float[Array, "nest 3"], moved: Float[Array, "nest 3"], *, with_turns: bool
+) -> Float[Array, "6"]:
+    """Translation [m] and rotation vector [rad] that move the nests of one visit so.
 
-    arms: Float[Array, "nest 3"]
-    """From the nests' centre [m]."""
-    moved: Float[Array, "nest 3"]
-    """Since the first visit [m]."""
-    std: Float[Array, "nest"]
-    """Of each coordinate of `moved`, both visits together [m]."""
+    A turn is only taken out where the nests show one: at the tool it acts with the whole arm from
+    the nests, and its noise too.
+    """
+    there = np.isfinite(moved[:, 0])
+    arms, moved = arms[there], moved[there]
+    spread = np.linalg.svd(arms - arms.mean(axis=0), compute_uv=False)
+    if not with_turns or len(arms) < 3 or spread[1] < _LEVER:
+        return np.concatenate([moved.mean(axis=0), np.zeros(3)])
+    shifts = np.broadcast_to(np.eye(3), (len(arms), 3, 3))
+    columns = np.concatenate([shifts, -_skew(arms)], axis=2).reshape(-1, 6)
+    return np.asarray(np.linalg.lstsq(columns, moved.ravel(), rcond=None)[0])
 
-    @classmethod
-    def of(
-        cls,
-        first: dict[str, Float[Array, "3"]],
-        now: dict[str, Float[Array, "3"]],
-        centre: Float[Array, "3"],
-        noise: InstrumentNoise,
-    ) -> "_Visit":
-        common = [name for name in now if name in first]
-        before = np.array([first[name] for name in common]).reshape(-1, 3)
-        after = np.array([now[name] for name in common]).reshape(-1, 3)
-        std = np.sqrt(2.0) * noise.position_std(before)
-        return cls(before - centre, after - before, std)
 
-    @property
-    def shift(self) -> Float[Array, "3"]:
-        """Mean motion of the nests [m]."""
-        return np.asarray(self.moved.mean(axis=0)) if len(self.moved) else np.zeros(3)
+def _smoothed(
+    times: Float[Array, "visit"], motion: Float[Array, "visit 6"], std: float
+) -> Float[Array, "visit 6"]:
+    """The plainest polynomial in time that leaves no more than the nests' noise, else the motion.
 
-    def chi_square(self, shift: Float[Array, "3"]) -> float:
-        """Sum of squares of what a shift leaves, in standard deviations."""
-        return float((((self.moved - shift) / self.std[:, None]) ** 2).sum())
-
-    def motion(self, *, with_turns: bool) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
-        """Translation [m] and rotation vector [rad] that move the nests so.
-
-        A turn is only taken out where the nests show one: at the tool it acts with the whole arm
-        from the nests, and its noise too.
-        """
-        spread = np.linalg.svd(self.arms - self.arms.mean(axis=0), compute_uv=False)
-        if not with_turns or len(self.arms) < 3 or spread[1] < _LEVER:
-            return self.shift, np.zeros(3)
-        shifts = np.broadcast_to(np.eye(3), (len(self.arms), 3, 3))
-        columns = np.concatenate([shifts, -_skew(self.arms)], axis=2).reshape(-1, 6)
-        solved = np.linalg.lstsq(columns, self.moved.ravel(), rcond=None)[0]
-        return solved[:3], solved[3:]
+    Visit by visit the nests' own noise would be written into every row.
+    """
+    scaled = (times - times.mean()) / max(float(np.ptp(times)), 1e-12)
+    for degree in range(1, _HIGHEST_DEGREE + 1):
+        nu = 3 * (len(times) - degree - 1)
+        if nu <= 0:
+            break
+        columns = np.vander(scaled, degree + 1)
+        fitted = columns @ np.linalg.lstsq(columns, motion, rcond=None)[0]
+        left = float((((motion - fitted)[:, :3] / std) ** 2).sum())
+        if _chance(left, nu) > _SMOOTH_ENOUGH:
+            return np.asarray(fitted)
+    return motion.copy()
 
 
 def remove_drift(rows: MeasurementSet, drift: StationDrift) -> MeasurementSet:

@@ -1,0 +1,119 @@
+"""Data that leave something open: it is said, and the uncertainty covers it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robocal.calibrated import CalibratedRobot, Provenance
+from robocal.errors import BadInput
+from robocal.formats.bundle import Target, read_bundle
+from robocal.identification.identify import identify
+from robocal.identification.priors import Choices, choices_of
+from robocal.identification.station_drift import find_drift
+from tests.measured_cell import measure, true_cell, write_bundle
+from tests.robocal.identification.cells import measured
+
+
+def still_joint_bundle(folder, joint: int):
+    """40 full poses of a TX60 whose one joint never moved."""
+    bundle, cell, _ = measured(folder, "staubli_tx60", 3, 40, full_pose=True)
+    joints = bundle.measurements.joints.copy()
+    joints[:, joint] = 0.3
+    position, orientation = measure(cell.true, joints, np.random.default_rng(1))
+    rows = replace(bundle.measurements, joints=joints, position=position, orientation=orientation)
+    return replace(bundle, measurements=rows), cell
+
+
+@pytest.mark.parametrize("joint", [0, 5])
+def test_a_joint_that_never_moved_widens_the_uncertainty_where_it_does_move(tmp_path, joint):
+    bundle, cell = still_joint_bundle(tmp_path, joint)
+    result = identify(bundle)
+    robot = CalibratedRobot(
+        bundle.robot,
+        result.model,
+        result.full_covariance(),
+        bundle.gravity,
+        Provenance("", "", "", ""),
+    )
+    q = cell.nominal.draw(np.random.default_rng(5), 60, widest=2.0)
+    miss = np.linalg.norm(robot.tool_poses(q)[:, :3, 3] - cell.true.poses(q)[:, :3, 3], axis=1)
+    stated = np.sqrt(np.einsum("mii->m", robot.tool_position_covariance(q)))
+    assert miss.mean() > 1e-4  # the still joint's neighbours are really unknown
+    assert np.mean(miss < 2.5 * stated) >= 0.9
+
+
+def test_one_pose_again_and_again_is_too_few_poses(tmp_path):
+    bundle, _, _ = measured(tmp_path, "ur5e", 3, 40, full_pose=True)
+    same = replace(
+        bundle.measurements, joints=np.repeat(bundle.measurements.joints[:1], 40, axis=0)
+    )
+    with pytest.raises(BadInput, match="1 different poses"):
+        identify(replace(bundle, measurements=same))
+
+
+def test_a_fixed_base_stands_where_the_campaign_says(tmp_path):
+    bundle, cell, _ = measured(tmp_path, "ur5e", 4, 50, full_pose=True)
+    everything = [f"base_{name}" for name in ("x", "y", "z", "yaw", "pitch", "roll")]
+    fixed = choices_of(everything, [], [])
+    with pytest.raises(BadInput, match="base_guess"):
+        identify(bundle, choices=fixed)
+    true = cell.true.base
+    guess = np.array([
+        *true[:3, 3],
+        np.arctan2(true[1, 0], true[0, 0]),
+        np.arcsin(-true[2, 0]),
+        np.arctan2(true[2, 1], true[2, 2]),
+    ])
+    result = identify(replace(bundle, base_guess=guess), choices=fixed)
+    assert result.base == pytest.approx(true, abs=1e-9)
+    assert result.adequacy.adequate
+
+
+def test_repeats_of_a_pose_share_its_number_without_being_told(tmp_path):
+    write_bundle(tmp_path, "ur5e", true_cell("ur5e", 1), rows=20)
+    table = tmp_path / "measurements.csv"
+    header, *rows = table.read_text().splitlines()
+    table.write_text("\n".join([header, *rows, *rows]) + "\n")
+    pose = read_bundle(tmp_path).measurements.pose
+    assert (pose[:20] == pose[20:]).all()
+    assert len(np.unique(pose)) == 20
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "0"])
+def test_a_prior_must_be_a_positive_number(value):
+    with pytest.raises(BadInput, match="positive"):
+        choices_of([], [], [f"a_2_mm={value}"])
+
+
+def test_a_still_station_seldom_looks_as_if_it_drifted(tmp_path):
+    bundle, _, _ = measured(tmp_path, "ur5e", 6, 30, full_pose=False)
+    nest = np.array([2.0, 0.5, 0.1])
+    found = 0
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        std = bundle.instrument.position_std(nest[None])[0]
+        position = np.where(
+            np.arange(30)[:, None] % 2 == 0,
+            nest + rng.normal(size=(30, 3)) * std,
+            bundle.measurements.position,
+        )
+        fixed = np.arange(30) % 2 == 0
+        rows = replace(
+            bundle.measurements,
+            position=position,
+            target=tuple("r1" if nested else "" for nested in fixed),
+        )
+        visited = replace(bundle, measurements=rows, targets={"r1": Target(None, fixed=True)})
+        drift = find_drift(visited.measurements, fixed, visited.instrument)
+        found += drift.significant
+    # One in a hundred by construction; more than seven of 200 has probability 0.001.
+    assert found <= 7
+
+
+def test_choices_of_a_campaign_are_overruled_by_later_ones():
+    first = Choices(fixed=frozenset({"a_2"}), prior_std={"a_3": 1e-4})
+    both = first.overruled_by(choices_of([], ["a_2"], ["a_3_mm=1"]))
+    assert both.fixed == frozenset()
+    assert both.free == frozenset({"a_2"})
+    assert both.prior_std == {"a_3": pytest.approx(1e-3)}

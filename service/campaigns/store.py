@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 from robocal.formats.measurements_csv import joint_columns
 from robocal.robots.library import load_robot, robot_path
 from robocal.robots.robot import Robot
+from service.campaigns.enough import require_enough
 from service.campaigns.life import is_armed, not_armed
 from service.campaigns.models import (
     ENDED,
@@ -41,6 +42,8 @@ def create(session: Session, queue: JobQueue, wanted: NewCampaign) -> Accepted:
         raise Conflict(not_armed(cell.name))
     model = cells.settings_of(cell).robot.model
     robot = load_robot(model)
+    if wanted.kind is CampaignKind.calibrate and isinstance(wanted.poses, int):
+        require_enough(robot, wanted.poses)
     row = CampaignRow(
         cell=cell.name,
         kind=wanted.kind,

@@ -7,7 +7,7 @@ POSE = {f"j{joint}_deg": 10.0 * joint for joint in range(1, 7)}
 
 
 def start(client, **change):
-    return client.post("campaigns", json={"cell": "c1", "kind": "calibrate", "poses": 5} | change)
+    return client.post("campaigns", json={"cell": "c1", "kind": "calibrate", "poses": 8} | change)
 
 
 def test_a_new_campaign_is_queued_with_all_its_poses_to_do(client, cell):
@@ -15,7 +15,7 @@ def test_a_new_campaign_is_queued_with_all_its_poses_to_do(client, cell):
     assert answer.status_code == 202
     assert answer.json() == {"id": 1, "state": "queued"}
     shown = client.get("campaigns/1").json()
-    assert (shown["state"], shown["done"], shown["total"]) == ("queued", 0, 15)
+    assert (shown["state"], shown["done"], shown["total"]) == ("queued", 0, 24)
     assert shown["remaining_s"] is None
     assert shown["reason"] == ""
     assert shown["settle_s"] == 0.25
@@ -34,6 +34,8 @@ def test_a_cell_that_is_not_armed_gets_no_campaign(client, cell):
     [
         ({"poses": 0}, "poses"),
         ({"poses": []}, "poses"),
+        ({"poses": 3}, "poses: 3 cannot determine robot 'ur10e'"),
+        ({"poses": 6}, "at least 7, or 12 where"),
         ({"poses": [{"j1_deg": 1.0}]}, "poses.0: has j1_deg; robot"),
         ({"poses": [POSE, POSE | {"j3_deg": 400.0}]}, "poses.1.j3_deg: 400 is outside"),
         ({"poses": [POSE | {"j3_deg": "far"}]}, "j3_deg"),
@@ -49,6 +51,10 @@ def test_a_wrong_field_is_named_and_nothing_is_stored(client, cell, change, word
     assert answer.status_code == 422
     assert words in answer.json()["detail"]
     assert client.get("campaigns").json()["campaigns"] == []
+
+
+def test_poses_that_just_suffice_are_taken(client, cell):
+    assert start(client, poses=7).status_code == 202
 
 
 def test_infinity_in_a_pose_is_refused(client, cell):

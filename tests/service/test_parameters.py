@@ -19,7 +19,7 @@ CONTENT = ParametersContent(
 @pytest.fixture
 def candidates(client, cell, database):
     """Two candidates of cell c1."""
-    body = {"cell": "c1", "kind": "calibrate", "poses": 5}
+    body = {"cell": "c1", "kind": "calibrate", "poses": 8}
     client.post("campaigns", json=body)
     for _ in range(2):
         with database.write() as session:

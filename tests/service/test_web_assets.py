@@ -28,7 +28,7 @@ def assets_of(page: str) -> dict[str, str]:
 
 
 def plotly_address(site: httpx.Client, client: httpx.Client, cell: dict) -> str:
-    body = {"cell": cell["name"], "kind": "calibrate", "poses": 3}
+    body = {"cell": cell["name"], "kind": "calibrate", "poses": 8}
     number = client.post("campaigns", json=body).json()["id"]
     return assets_of(site.get(f"/campaigns/{number}").text)["plotly.min.js"]
 

@@ -6,6 +6,7 @@ from robocal.data_faults.search import find_slips
 from robocal.data_faults.slip import Slip
 from robocal.errors import BadInput
 from robocal.formats.bundle import Bundle, read_bundle
+from robocal.identification.identify import prepare
 
 _MOST_SENTENCES = 6
 
@@ -16,11 +17,12 @@ def read_sound(folder: Path) -> Bundle:
     Raises
     ------
     BadInput
-        If it cannot be read, or naming its slips with the mend of each.
+        If it cannot be read, has too few different poses, or naming its slips with their mends.
     NoAnswer
         If its readings are not of this robot.
     """
     bundle = read_bundle(folder)
+    prepare(bundle, bundle.choices)
     slips = find_slips(bundle)
     if slips:
         raise BadInput("measurements.csv", said(slips))

@@ -224,6 +224,8 @@ def read_text(path: Path, max_bytes: int = _MAX_BYTES) -> str:
         If the file is missing, unreadable, larger than `max_bytes` or not UTF-8.
     """
     try:
+        if path.exists() and not path.is_file():
+            raise BadInput(path.name, "is not a regular file")
         if path.stat().st_size > max_bytes:
             raise BadInput(path.name, f"is larger than {max_bytes / 1e6:.0f} MB")
         return path.read_text(encoding="utf-8-sig")

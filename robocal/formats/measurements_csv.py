@@ -100,6 +100,7 @@ def rows_of(table: Table, robot: Robot) -> MeasurementSet:
         Naming line and column.
     """
     n_rows = len(table.cells)
+    table.numbers("repeat")
     return MeasurementSet(
         lines=table.lines,
         joints=read_joints(table, robot),

@@ -13,6 +13,7 @@ from numpy import ndarray as Array
 
 from robocal.errors import BadInput
 from robocal.formats.fields import LARGEST, number_from, read_text
+from robocal.formats.whole_file import write_whole
 
 _MAX_BYTES = 400_000_000
 _REMARK = "note_"
@@ -155,8 +156,15 @@ def _check_header(file: str, header: tuple[str, ...]) -> None:
 
 
 def write_table(path: Path, columns: Mapping[str, Sequence[str]]) -> None:
-    """A CSV file of formatted cells, one header row."""
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*columns.values(), strict=True))
+    """A CSV file of formatted cells, one header row; whole or not at all.
+
+    Raises
+    ------
+    BadInput
+        If the system does not allow it.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    write_whole(path, text.getvalue())

@@ -121,7 +121,7 @@ TABLE = {
             (folder / "measurements.csv").unlink(),
             (folder / "measurements.csv").mkdir(),
         ],
-        "measurements.csv: cannot be read",
+        "measurements.csv: is not a regular file",
     ),
 }
 

@@ -9,6 +9,8 @@ from robocal.robots.library import robot_path
 
 HEADER = "j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"
 ROW = "1,2,3,4,5,6,700,800,900"
+ROWS = "\n".join(f"{k},2,3,4,5,{k},700,800,900" for k in range(13)) + "\n"
+"""Enough different poses for the parameters of six joints from positions."""
 CAMPAIGN = "robot: robot.yaml\ninstrument: {kind: laser_tracker, sigma_mm: 0.015}\n"
 
 
@@ -32,14 +34,14 @@ def send(client, content: bytes, **options):
 
 
 def test_a_good_bundle_becomes_a_queued_campaign_with_its_own_rows(client, robot_yaml):
-    content = bundle(robot_yaml, f"{HEADER}\n{ROW}\n{ROW}\n")
+    content = bundle(robot_yaml, f"{HEADER}\n{ROWS}")
     answer = send(client, content)
     assert answer.status_code == 202
     assert answer.json() == {"id": 1, "state": "queued"}
     shown = client.get("campaigns/1").json()
-    assert (shown["cell"], shown["done"], shown["total"]) == (None, 2, 2)
+    assert (shown["cell"], shown["done"], shown["total"]) == (None, 13, 13)
     text = client.get("campaigns/1/measurements", headers={"Accept": "text/csv"}).text
-    assert text == f"{HEADER}\n{ROW}\n{ROW}\n"
+    assert text == f"{HEADER}\n{ROWS}"
     rows = client.get("campaigns/1/measurements").json()["rows"]
     assert rows[0]["z_mm"] == 900
     with zipfile.ZipFile(io.BytesIO(client.get("campaigns/1/bundle").content)) as back:
@@ -47,13 +49,13 @@ def test_a_good_bundle_becomes_a_queued_campaign_with_its_own_rows(client, robot
 
 
 def test_a_form_with_a_file_is_taken_too(client, robot_yaml):
-    content = bundle(robot_yaml, f"{HEADER}\n{ROW}\n")
+    content = bundle(robot_yaml, f"{HEADER}\n{ROWS}")
     answer = client.post("campaigns/import", files={"bundle": ("b.zip", content)})
     assert answer.status_code == 202
 
 
 def test_the_same_key_imports_once(client, robot_yaml):
-    content = bundle(robot_yaml, f"{HEADER}\n{ROW}\n")
+    content = bundle(robot_yaml, f"{HEADER}\n{ROWS}")
     headers = {"Idempotency-Key": "upload-1"}
     first, second = (send(client, content, headers=headers) for _ in range(2))
     assert first.content == second.content
@@ -72,6 +74,7 @@ def test_the_same_key_imports_once(client, robot_yaml):
         (f"{HEADER},x_mm\n{ROW},7\n", "x_mm"),
         ("j1_deg,x_mm,y_mm,z_mm\n1,2,3,4\n", "j2_deg"),
         (f"{HEADER},j7_deg\n{ROW},1\n", "j7_deg"),
+        (f"{HEADER}\n{ROW}\n0,0,0,0,0,0,7,8,9\n9,9,9,9,9,9,1,2,3\n", "27 parameters"),
     ],
 )
 def test_a_bad_row_is_named_by_its_line_and_nothing_is_stored(client, robot_yaml, csv, words):
@@ -117,9 +120,10 @@ def test_a_bundle_for_another_kind_of_robot_does_not_enter_a_cell(client, cell):
 
 
 def _header_of(robot: str) -> str:
-    """A one-row file for a robot, by the types that its file lists."""
+    """Rows for a robot, by the types that its file lists."""
     types = [line for line in robot.splitlines() if "type:" in line]
     units = ["mm" if "prismatic" in line else "deg" for line in types]
     names = [f"j{joint}_{unit}" for joint, unit in enumerate(units, start=1)]
     columns = [*names, "x_mm", "y_mm", "z_mm"]
-    return ",".join(columns) + "\n" + ",".join("1" for _ in columns) + "\n"
+    rows = [",".join(str(k) for _ in columns) for k in range(13)]
+    return "\n".join([",".join(columns), *rows]) + "\n"

@@ -35,10 +35,12 @@ from robocal.frames import invert
 from robocal.identification.adequacy import judge
 from robocal.identification.identify import Prepared, prepare
 from robocal.identification.simultaneous import identify_simultaneously
-from robocal.identification.solve import Solution, frames_alone, solve_without_outliers
+from robocal.identification.solve import Solution, frames_alone, solve, solve_without_outliers
 
 FALSE_ALARM = 0.025
 """Chance that clean data have anything named; [1]"""
+_MOST_OUTLYING = 0.08
+"""Share of rows up to which they are outliers; more are an effect, such as all after a step; [1]"""
 _DOUBTFUL = 0.5
 """Probability of a name below which it has to gain on left-out blocks; [1]"""
 _NULL_DRAWS = 200
@@ -75,6 +77,8 @@ def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
     observed = ready.observe(bundle, ~held_out)
     before = frames_alone(ready.start, observed, ready.choices, identify_simultaneously)
     solution = solve_without_outliers(before.cell, observed, ready.choices, identify_simultaneously)
+    if np.mean(~solution.used) > _MOST_OUTLYING:
+        solution = solve(before.cell, observed, ready.choices, identify_simultaneously)
     targets = Targets(ready.rows, _all_circumstances(bundle, ready, solution))
     fitted = np.flatnonzero(~held_out)[solution.used]
     rows = targets.around.rows(chosen_rows(fitted, len(held_out)))

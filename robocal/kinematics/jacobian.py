@@ -64,7 +64,9 @@ def pose_jacobian(
     J[-12:-9, :3] = station = model.station[:3, :3, None].swapaxes(0, 1)
     J[-9:-6, 3:] = _ypr_axes(station, model.base)
     _turn(J[-9:-6], (target.p - model.base_frame[:3, 3:4])[None])
-    J[-6:-3, :3] = tool = np.stack([flange.x, flange.y, flange.z])
+    # Where all axes are parallel z is the same for every pose and stands in one column.
+    axes = np.broadcast_arrays(flange.x, flange.y, flange.z)
+    J[-6:-3, :3] = tool = np.stack(axes)
     J[-3:, 3:] = _ypr_axes(tool, model.tool)
     return target, J
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from robocal.kinematics.forward import forward_kinematics
 from robocal.kinematics.jacobian import pose_jacobian
 from robocal.kinematics.model import KinematicModel, parameter_names
 from robocal.robots.library import load_robot
@@ -93,3 +94,20 @@ def test_many_poses_equal_single_ones(count):
         np.testing.assert_array_equal(
             pose_jacobian(cell.model, q[row : row + 1])[1][..., 0], J[..., row]
         )
+
+
+def test_a_robot_with_all_axes_parallel_has_a_jacobian_too():
+    links = np.zeros((3, 5))
+    links[:, 2] = (0.3, 0.2, 0.1)
+    arm = KinematicModel(links, np.zeros(3, dtype=bool))
+    q = np.random.default_rng(0).normal(size=(5, 3))
+    _, J = pose_jacobian(arm, q)
+    step = 1e-6
+    for index in range(arm.n_parameters):
+        moved = np.zeros(arm.n_parameters)
+        moved[index] = step
+        there = [
+            forward_kinematics(arm.with_vector(arm.vector + sign * moved), q)[:, :3, 3]
+            for sign in (1.0, -1.0)
+        ]
+        assert J[index, :3].T == pytest.approx((there[0] - there[1]) / (2 * step), abs=1e-8)

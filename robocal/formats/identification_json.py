@@ -21,11 +21,12 @@ def identification_document(
         "base": {
             **frame_document(result.base),
             "std": _frame_std(result, "base"),
+            "redundant": _redundant(result, "base"),
         },
         "tool": {
             **frame_document(result.tool),
             "std": _frame_std(result, "tool"),
-            "redundant": _redundant_tool(result),
+            "redundant": _redundant(result, "tool"),
         },
         "rank": result.rank,
         "condition": result.condition,
@@ -132,9 +133,10 @@ def _frame_std(result: Identification, which: str) -> list[float]:
     return [*(float(value) * 1e3 for value in std[:3]), *(float(v) / _DEG for v in std[3:])]
 
 
-def _redundant_tool(result: Identification) -> dict[str, str]:
-    """Frame parameters that the data leave open, with the reason."""
-    return {name: text for name, text in result.reasons.items() if name.startswith("tool_")}
+def _redundant(result: Identification, which: str) -> dict[str, str]:
+    """Parameters of `base` or `tool` that the data leave open, with the reason."""
+    start = f"{which}_"
+    return {name: text for name, text in result.reasons.items() if name.startswith(start)}
 
 
 def _residuals(summary: ResidualSummary) -> dict[str, object]:

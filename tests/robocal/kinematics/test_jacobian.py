@@ -110,4 +110,5 @@ def test_a_robot_with_all_axes_parallel_has_a_jacobian_too():
             forward_kinematics(arm.with_vector(arm.vector + sign * moved), q)[:, :3, 3]
             for sign in (1.0, -1.0)
         ]
-        assert J[index, :3].T == pytest.approx((there[0] - there[1]) / (2 * step), abs=1e-8)
+        difference = (there[0] - there[1]) / (2 * step)
+        assert np.abs(J[index, :3].T - difference).max() < 1e-8

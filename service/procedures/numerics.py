@@ -23,7 +23,7 @@ from robocal.formats.model_yaml import model_document, read_model
 from robocal.formats.robot_yaml import read_robot
 from robocal.formats.uncertainty_json import uncertainty_document
 from robocal.identification.identify import DEFAULT_STRATEGY
-from robocal.planning.exchange import plan_poses
+from robocal.planning.plan import plan_poses
 from robocal.uncertainty.evaluation import evaluate
 from robocal.verification import (
     accuracy_after,

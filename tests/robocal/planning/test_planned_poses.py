@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robocal.planning.exchange import plan_poses
+from robocal.planning.plan import plan_poses
 from robocal.robots.library import load_robot
 from tests.elementary_kinematics import Arm, frame, load_arm
 

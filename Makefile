@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 # One numerics thread a process: several processes share the cores.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo serve test check bench reproduce blind browser clean
+.PHONY: demo serve test pictures check bench reproduce blind cells cuts faults stops browser clean
 
 demo: $(VENV)/installed
 	$(BIN)/robocal demo
@@ -16,14 +16,18 @@ serve: $(VENV)/installed
 	$(BIN)/robocal serve
 
 test: $(VENV)/installed browser
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+# The pictures of README, taken by the tests of the pages.
+pictures: $(VENV)/installed browser
+	ROBOCAL_SCREENSHOTS=1 $(BIN)/python -m pytest tests/acceptance -k page
 
 check: $(VENV)/installed browser
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 bench: $(VENV)/installed
 	$(BIN)/python -m tests.benchmarks
@@ -36,6 +40,22 @@ reproduce: $(VENV)/installed
 blind: $(VENV)/installed
 	$(BIN)/python -m tests.blind $(BLIND)
 
+# 300 campaigns on 20 emulated cells, workers killed on the way; CELLS="--campaigns 30 --cells 4".
+cells: $(VENV)/installed
+	$(BIN)/python -m tests.studies.many_cells $(CELLS)
+
+# kill -9 of everything, 50 times during one campaign; CUTS="--cuts 5".
+cuts: $(VENV)/installed
+	$(BIN)/python -m tests.studies.power_cuts $(CUTS)
+
+# Every fault of every device in the middle of a campaign; FAULTS="--device geocom --fault silence".
+faults: $(VENV)/installed
+	$(BIN)/python -m tests.studies.faults $(FAULTS)
+
+# How soon the arm stands still after every loss of control; STOPS="--moments 20 --speed 30".
+stops: $(VENV)/installed
+	$(BIN)/python -m tests.studies.stops $(STOPS)
+
 $(VENV)/installed: requirements.lock pyproject.toml
 	@test -n "$(PYTHON)" || { echo "robocal needs CPython 3.11 or 3.12; install one of them"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
@@ -43,12 +63,14 @@ $(VENV)/installed: requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
 	@touch $@
 
-# The page's tests drive Debian's Chromium; installed where that is allowed, else said in one line.
+# The page's tests drive Debian's Chromium, PDF needs Pango, and the guide curl and jq; installed where
+# that is allowed, else said in one line.
 browser:
-	@command -v chromium >/dev/null 2>&1 \
+	@{ command -v chromium >/dev/null 2>&1 && ldconfig -p | grep -q libpangoft2 \
+	   && command -v curl >/dev/null 2>&1 && command -v jq >/dev/null 2>&1; } \
 	|| { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1 \
-	     && { apt-get update -qq && apt-get install -qq -y chromium >/dev/null; } 2>/dev/null; } \
-	|| echo "the page's tests are skipped: install chromium (apt-get install chromium)"
+	     && { apt-get update -qq && apt-get install -qq -y chromium libpangoft2-1.0-0 curl jq >/dev/null; } 2>/dev/null; } \
+	|| echo "tests of the page, of PDF or of the guide are skipped: apt-get install chromium libpangoft2-1.0-0 curl jq"
 
 clean:
 	rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache .pytest_cache

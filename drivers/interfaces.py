@@ -7,7 +7,7 @@ also after an error. Every call has a deadline of its own and raises a `DriverEr
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 
 class Safety(StrEnum):
@@ -23,6 +23,8 @@ class Safety(StrEnum):
 
 
 MAY_MOVE = frozenset({Safety.normal, Safety.reduced})
+STOP_DECELERATION = 10.0
+"""Of the leading joint when a person or a fault stops the robot [rad/s2]."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,15 @@ class TrackerReading:
     """The tracker's or the host's clock [s]."""
 
 
+@dataclass(frozen=True)
+class FixedNest:
+    """A nest with a target that stands fixed beside the robot."""
+
+    name: str
+    position: tuple[float, float, float]
+    """About where, in the tracker's frame [m]."""
+
+
 class Tracker(Protocol):
     """An instrument that measures where the target is."""
 
@@ -111,6 +122,15 @@ class Tracker(Protocol):
 
     def close(self) -> None:
         """Let go of the instrument."""
+        ...
+
+
+@runtime_checkable
+class TurningTracker(Tracker, Protocol):
+    """A tracker that can turn to a fixed nest and back to the robot's target by itself."""
+
+    def measure_fixed(self, nest: FixedNest) -> TrackerReading:
+        """Measure the target in a fixed nest, then turn back to where it looked before."""
         ...
 
 

@@ -34,6 +34,7 @@ STAGE_SENSORS = {
 """Each is called with (address, sensor)."""
 
 TEMPERATURE_PROBES = {
+    "mock": "drivers.devices.mock_temperature:MockTemperature",
     "modbus_temperature": "drivers.devices.modbus_temperature:ModbusTemperature",
 }
 """Each is called with (address)."""

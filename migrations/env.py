@@ -10,6 +10,7 @@ from sqlalchemy import Connection, Engine
 
 from service.db.engine import open_database
 from service.db.models import Base
+from service.db.upgrade import is_ours
 from service.settings import Settings
 
 
@@ -28,6 +29,7 @@ def _migrate(connection: Connection) -> None:
         render_as_batch=True,
         transactional_ddl=True,
         compare_type=True,
+        include_name=is_ours,
     )
     with context.begin_transaction():
         context.run_migrations()

@@ -3,11 +3,12 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy import ndarray as Array
+from scipy.linalg import block_diag
 
 from robocal.diagnosis.circumstances import Circumstances, Reference, circumstances
-from robocal.diagnosis.extended import FittedEffect, predict
+from robocal.diagnosis.extended import FittedEffect, coefficient_shifts, predict
 from robocal.errors import BadInput
 from robocal.frames import invert
 from robocal.kinematics.forward import blocks, forward_kinematics
@@ -15,6 +16,9 @@ from robocal.kinematics.jacobian import pose_jacobian
 from robocal.kinematics.model import KinematicModel
 from robocal.measurements import MeasurementSet
 from robocal.robots.robot import Robot
+
+_BLOCK = 500
+"""Poses whose Jacobians are held at once."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,13 @@ class CalibratedRobot:
         Direction of gravity in the robot base.
     effects
         What acts besides the geometry, and what its times and temperatures are counted from.
+    targets
+        Places of the nests on the tool by name, in the robot's flange frame [m].
+    tool_known
+        False where nests alone were measured and nobody stated a tool: `model` then ends anywhere.
+    coefficient_covariance
+        Of the effects' coefficients, one after the other, with all parameters and then with each
+        other [m, rad and the coefficients' own units]; None where only their own is known.
     """
 
     robot: Robot
@@ -54,6 +65,20 @@ class CalibratedRobot:
     provenance: Provenance
     effects: tuple[FittedEffect, ...] = ()
     reference: Reference = field(default_factory=Reference)
+    targets: dict[str, Float[Array, "3"]] = field(default_factory=dict)
+    tool_known: bool = True
+    coefficient_covariance: Float[Array, "coefficient unknown"] | None = None
+
+    @property
+    def joint_covariance(self) -> Float[Array, "unknown unknown"]:
+        """Of all parameters and, after them, of the effects' coefficients."""
+        n = len(self.covariance)
+        own = [fitted.covariance for fitted in self.effects]
+        joint = block_diag(self.covariance, *own)
+        if self.coefficient_covariance is not None and own:
+            joint[n:] = self.coefficient_covariance
+            joint[:n, n:] = joint[n:, :n].T
+        return np.asarray(joint)
 
     def tool_poses(self, q: Float[Array, "pose joint"]) -> Float[Array, "pose 4 4"]:
         """Target poses in the measuring frame at joint readings [rad or m], by geometry alone."""
@@ -67,11 +92,58 @@ class CalibratedRobot:
         BadInput
             If an effect depends on a column that the rows lack.
         """
-        T = self.tool_poses(rows.joints)
+        return self._poses(rows, self.model)
+
+    def target_poses(self, rows: MeasurementSet) -> Float[Array, "row 4 4"]:
+        """Like `poses_of`, of the nest that each row names; a nest has the flange's axes.
+
+        Raises
+        ------
+        BadInput
+            Also if a row names a nest that the model does not know.
+        """
+        T = np.empty((len(rows), 4, 4))
+        for name, chosen in self.rows_by_target(rows).items():
+            T[chosen] = self._poses(rows, self.model_at(name))[chosen]
+        return T
+
+    def rows_by_target(self, rows: MeasurementSet) -> dict[str, Bool[Array, "row"]]:
+        """Which rows mean which nest; the tool itself goes by no name.
+
+        Raises
+        ------
+        BadInput
+            If a row names a nest that the model does not know, or none where it knows no tool.
+        """
+        known = ", ".join(self.targets) or "none"
+        for line, name in zip(rows.lines, rows.target, strict=True):
+            if name and name not in self.targets:
+                raise BadInput(
+                    f"line {line}", f"target '{name}' is not in the model (its nests: {known})"
+                )
+            if not name and not self.tool_known:
+                raise BadInput(
+                    f"line {line}",
+                    f"names no target, and the model knows nests alone: put one of {known} into "
+                    "column 'target'",
+                )
+        named = np.array(rows.target)
+        return {str(name): named == name for name in dict.fromkeys(rows.target)}
+
+    def model_at(self, name: str) -> KinematicModel:
+        """The model with its target at a nest; at the tool for no name."""
+        if not name:
+            return self.model
+        place = np.eye(4)
+        place[:3, 3] = self.targets[name]
+        return replace(self.model, flange=self.robot.geometry.flange @ place, tool=np.zeros(6))
+
+    def _poses(self, rows: MeasurementSet, model: KinematicModel) -> Float[Array, "row 4 4"]:
+        T = forward_kinematics(model, rows.joints)
         if not self.effects:
             return T
         around = self.circumstances_of(replace(rows, position=T[:, :3, 3]))
-        target = predict(self.model, around, self.effects)
+        target = predict(model, around, self.effects)
         for position, axis in enumerate((target.x, target.y, target.z, target.p)):
             T[:, :3, position] = axis.T
         if not np.isfinite(T).all():
@@ -89,12 +161,36 @@ class CalibratedRobot:
         return circumstances(self.robot, self.gravity, tool[:3, 3], base, rows, self.reference)
 
     def tool_position_covariance(self, q: Float[Array, "pose joint"]) -> Float[Array, "pose 3 3"]:
-        """Covariance of the target's position [m2] by the law of propagation (GUM, 5.1.2)."""
+        """Covariance of the target's position [m2] by geometry alone (GUM, 5.1.2)."""
         result = np.empty((len(q), 3, 3))
-        for block in blocks(len(q), 500):
-            _, J = pose_jacobian(self.model, q[block])
-            J_position = np.moveaxis(J[:, :3], 2, 0)
-            result[block] = np.einsum(
-                "mpi,pk,mkj->mij", J_position, self.covariance, J_position, optimize=True
-            )
+        for block in blocks(len(q), _BLOCK):
+            result[block] = _propagated(self._position_jacobian(q[block]), self.covariance)
         return result
+
+    def position_covariance_of(self, rows: MeasurementSet) -> Float[Array, "row 3 3"]:
+        """Covariance of the targets of rows [m2], by geometry and effects together.
+
+        What an effect and the geometry have in common the fit leaves open between them, and in
+        their sum it cancels: so it takes their joint covariance (GUM, 5.2.2).
+        """
+        if not self.effects:
+            return self.tool_position_covariance(rows.joints)
+        T = self.tool_poses(rows.joints)
+        around = self.circumstances_of(replace(rows, position=T[:, :3, 3]))
+        joint = self.joint_covariance
+        result = np.empty((len(rows), 3, 3))
+        for block in blocks(len(rows), _BLOCK):
+            J = self._position_jacobian(rows.joints[block])
+            shifts = coefficient_shifts(J, around.rows(np.arange(len(rows))[block]), self.effects)
+            result[block] = _propagated(np.concatenate([J, shifts], axis=1), joint)
+        return result
+
+    def _position_jacobian(self, q: Float[Array, "pose joint"]) -> Float[Array, "pose parameter 3"]:
+        _, J = pose_jacobian(self.model, q)
+        return np.moveaxis(J[:, :3], 2, 0)
+
+
+def _propagated(
+    J: Float[Array, "pose unknown 3"], covariance: Float[Array, "unknown unknown"]
+) -> Float[Array, "pose 3 3"]:
+    return np.asarray(np.einsum("mpi,pk,mkj->mij", J, covariance, J, optimize=True))

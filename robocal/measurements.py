@@ -82,3 +82,37 @@ class MeasurementSet:
     def held_out_rows(self) -> "MeasurementSet":
         """The rows that no fit may use."""
         return self.rows(self.held_out)
+
+
+def unmeasured_rows(
+    joints: Float[Array, "row joint"],
+    payload: float = float("nan"),
+    temperature: float = float("nan"),
+) -> MeasurementSet:
+    """Rows of joints that nobody has measured yet, numbered from 1.
+
+    Parameters
+    ----------
+    joints
+        Where the robot is going to be [rad or m].
+    payload, temperature
+        Of all rows [kg], [degC]; NaN where nobody knows.
+    """
+    n, nothing = len(joints), np.full(len(joints), np.nan)
+    return MeasurementSet(
+        lines=np.arange(1, n + 1),
+        joints=joints,
+        position=np.full((n, 3), np.nan),
+        orientation=np.full((n, 4), np.nan),
+        distance=nothing,
+        pose=np.arange(n),
+        target=("",) * n,
+        held_out=np.zeros(n, dtype=bool),
+        time=nothing,
+        temperature=np.full(n, temperature),
+        payload=np.full(n, payload),
+        speed=nothing,
+        settle=nothing,
+        approach=np.full(joints.shape, np.nan),
+        commanded=np.full(joints.shape, np.nan),
+    )

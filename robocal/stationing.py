@@ -94,8 +94,11 @@ def station(calibrated: CalibratedRobot, bundle: Bundle, provenance: Provenance)
         gravity=bundle.gravity,
         provenance=provenance,
         effects=carried,
+        targets=moved.cell.targets,
+        tool_known=bundle.tool_known,
+        coefficient_covariance=_kept_covariance(calibrated, carried),
     )
-    T = there.poses_of(ready.rows)
+    T = there.target_poses(ready.rows)
     distance = np.linalg.norm(ready.rows.position - T[:, :3, 3], axis=1)
     names = tuple(fitted.instance.title for fitted in gone)
     return Stationed(there, distance, ready.rows.held_out, names)
@@ -108,6 +111,7 @@ class _Frames:
     cell: CellModel
     covariance: Float[Array, "parameter parameter"]
     chi_square: float
+    """Of the positions, where there are any."""
 
 
 def _carried_over(
@@ -169,8 +173,26 @@ def _fit_frames(
     covariance = calibrated.covariance.copy()
     covariance[-12:] = covariance[:, -12:] = 0.0
     covariance[np.ix_(free, free)] = np.linalg.pinv(fit.known.T @ fit.known)
-    residual = whitened_residual(cell, rows, around, effects)
+    judged = rows
+    if rows.has_position:
+        # Places are what the model is for; an orientation tells the frames, not what to carry.
+        judged = replace(rows, orientation_weight=np.zeros(len(rows)))
+    residual = whitened_residual(cell, judged, around, effects)
     return _Frames(cell, covariance, float(residual @ residual))
+
+
+def _kept_covariance(
+    calibrated: CalibratedRobot, carried: tuple[FittedEffect, ...]
+) -> Float[Array, "coefficient unknown"]:
+    """Of the effects that came along; base and tool are found anew, whatever they were."""
+    n = len(calibrated.covariance)
+    kept = np.concatenate(
+        [np.full(len(fitted.values), fitted in carried) for fitted in calibrated.effects]
+        or [np.zeros(0, dtype=bool)]
+    )
+    rows = calibrated.joint_covariance[n:][kept]
+    rows[:, n - 12 : n] = 0.0
+    return np.asarray(np.concatenate([rows[:, :n], rows[:, n:][:, kept]], axis=1))
 
 
 def _around(calibrated: CalibratedRobot, cell: CellModel, rows: MeasurementSet) -> Circumstances:

@@ -2,7 +2,7 @@
 
 Both cases are judged in the frame that a user of the respective model would have: the nominal
 robot with its own best-fitted base and tool, the calibrated robot with the identified ones. So the
-figures before and after differ by the geometry alone.
+figures before and after differ by the model alone: its links, and its effects where it has any.
 """
 
 from dataclasses import dataclass
@@ -12,13 +12,15 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
-from robocal.compensation import Reach, compensate
+from robocal.compensated_effects import compensate_robot
+from robocal.compensation import Reach, nominal_in_cell
 from robocal.errors import NoAnswer
 from robocal.identification.frames_start import start_frames
 from robocal.identification.observations import position_rows
 from robocal.kinematics.forward import forward_kinematics
-from robocal.kinematics.model import KinematicModel
-from robocal.planning.candidates import draw_candidates
+from robocal.measurements import unmeasured_rows
+from robocal.planning.candidates import UNBOUND, draw_candidates
+from robocal.planning.cell import Cell
 
 _MOST_DRAWN = 50
 """Random targets per target wanted after which the calibrated robot counts as unable"""
@@ -46,21 +48,38 @@ class PoseAccuracy:
     errors: Float[Array, "target"]
 
 
-def plan_verification(calibrated: CalibratedRobot, count: int, seed: int) -> VerificationPlan:
+def plan_verification(
+    calibrated: CalibratedRobot,
+    count: int,
+    seed: int,
+    payload: float = float("nan"),
+    temperature: float = float("nan"),
+    cell: Cell = UNBOUND,
+) -> VerificationPlan:
     """Random admissible targets, not measured before, and the joints for both ways.
+
+    Parameters
+    ----------
+    payload, temperature
+        At the verification [kg], [degC], for a model with effects that depend on them.
+    cell
+        What bounds the targets; the robot's joint limits bound both ways to them.
 
     Raises
     ------
     NoAnswer
         If compensation reaches hardly any target within the joint limits.
+    BadInput
+        If the model has an effect of something that is not known here.
     """
     robot = calibrated.robot
     rng = np.random.default_rng(seed)
     nominal: list[Float[Array, "joint"]] = []
     compensated: list[Float[Array, "joint"]] = []
     for _ in range(_MOST_DRAWN):
-        q = draw_candidates(robot, count, rng)
-        solution = compensate(calibrated.model, wanted_poses(calibrated, q), q, robot.limits)
+        q = draw_candidates(robot, count, rng, cell)
+        rows = unmeasured_rows(q, payload, temperature)
+        solution = compensate_robot(calibrated, wanted_poses(calibrated, q), rows, q, in_base=False)
         for before, after, reach in zip(q, solution.q, solution.reach, strict=True):
             if reach is Reach.reached and len(nominal) < count:
                 nominal.append(before)
@@ -77,16 +96,7 @@ def wanted_poses(
     calibrated: CalibratedRobot, q_nominal: Float[Array, "target joint"]
 ) -> Float[Array, "target 4 4"]:
     """Where the nominal robot, in the identified base and with the identified tool, would be."""
-    model = calibrated.model
-    geometry = calibrated.robot.geometry
-    nominal = KinematicModel(
-        geometry.links,
-        geometry.prismatic,
-        station=model.base_frame,
-        mount=geometry.mount,
-        flange=model.tool_frame,
-    )
-    return forward_kinematics(nominal, q_nominal)
+    return forward_kinematics(nominal_in_cell(calibrated), q_nominal)
 
 
 def accuracy_after(

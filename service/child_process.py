@@ -34,7 +34,8 @@ class ChildProcess:
             start_new_session=True,
         )
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
-        threading.Thread(target=self._read, daemon=True).start()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
 
     def _read(self) -> None:
         assert self._process.stdout is not None
@@ -77,3 +78,8 @@ class ChildProcess:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+        self._reader.join(END_S)
+        if not self._reader.is_alive():
+            # A grandchild that holds the pipe would keep the reader, and closing would wait for it.
+            assert self._process.stdout is not None
+            self._process.stdout.close()

@@ -6,20 +6,25 @@ from collections.abc import Callable
 import typer
 
 from robocal.errors import BadInput, NoAnswer
+from service.commands.backup import backup
 from service.commands.basecal import basecal
 from service.commands.compensate import compensate
 from service.commands.convert import convert
+from service.commands.copy_database import copy_database
 from service.commands.demo import demo
 from service.commands.diagnose import diagnose
 from service.commands.emulate import emulate
 from service.commands.export import export
 from service.commands.identify import identify
+from service.commands.key import key
 from service.commands.plan import plan
 from service.commands.predict import predict
 from service.commands.reproduce import reproduce
+from service.commands.restore import restore
 from service.commands.serve import serve
 from service.commands.station import station
 from service.commands.uncertainty import uncertainty
+from service.commands.user import user
 
 COMMANDS: tuple[Callable[..., None], ...] = (
     identify,
@@ -33,6 +38,11 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     plan,
     basecal,
     serve,
+    backup,
+    restore,
+    copy_database,
+    key,
+    user,
     demo,
     emulate,
     reproduce,
@@ -51,7 +61,12 @@ for command in COMMANDS:
 def main() -> None:
     """Run a command; turn errors on purpose into one line and an exit status."""
     try:
-        app()
+        # Without any argument typer prints the help, which it does as a program of its own.
+        sys.exit(app(prog_name="robocal", standalone_mode=len(sys.argv) < 2))
+    except typer.TyperException as error:
+        _leave(f"robocal: {error.format_message()}", error.exit_code)
+    except typer.Abort:
+        _leave("robocal: stopped", 1)
     except BadInput as error:
         _leave(f"robocal: {error}", 2)
     except NoAnswer as error:

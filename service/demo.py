@@ -14,6 +14,7 @@ from typing import Any
 import httpx
 
 from robocal.errors import NoAnswer
+from service.access.secrets import new_key
 from service.child_process import ChildProcess
 from service.emulated_cell import CellAddresses, EmulatedCell
 from service.parent import WITH_PARENT
@@ -114,8 +115,12 @@ def _run(poses: int, targets: int, *, once: bool) -> None:
 
 
 def _start_service(stack: ExitStack, folder: Path) -> Service:
+    key = new_key()
     environment = {
         **os.environ,
+        "ROBOCAL_BOOTSTRAP_KEY": key,
+        # Lines of progress are what a person wants to see here.
+        "ROBOCAL_LOG_LEVEL": "WARNING",
         "ROBOCAL_DATABASE_URL": f"sqlite:///{folder / 'demo.sqlite3'}",
         "ROBOCAL_PORT": os.environ.get("ROBOCAL_PORT", "0"),
     }
@@ -125,7 +130,8 @@ def _start_service(stack: ExitStack, folder: Path) -> Service:
     worker = ChildProcess("service.jobs.worker", WITH_PARENT, environment=environment)
     stack.callback(worker.close)
     worker.ready()
-    client = stack.enter_context(httpx.Client(base_url=url, timeout=30.0))
+    bearer = {"Authorization": f"Bearer {key}"}
+    client = stack.enter_context(httpx.Client(base_url=url, headers=bearer, timeout=30.0))
     return Service(client, url)
 
 

@@ -1,8 +1,8 @@
 """`report.html`: the diagnosis for the plant engineer, in one file."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -10,7 +10,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
 from robocal.diagnosis.effect import Coefficient, Instance
-from robocal.errors import BadInput
 from robocal.formats.bundle import Bundle
 from service.diagnosis_plots import covariate_plots, residual_plot
 from service.report_lines import VERDICTS
@@ -25,6 +24,12 @@ _UNITS = (
     ("_m", "_in_mm", 1e3),
 )
 """Endings of coefficients, how a person reads them, and the factor."""
+
+_LOOK_FOR_IT = (
+    "look for what changes with it, at the robot, the tool and the station; the model follows it "
+    "only roughly"
+)
+"""Advice where the cause has no name."""
 
 
 @dataclass(frozen=True)
@@ -43,23 +48,10 @@ class CauseText:
     others: tuple[str, ...]
     corrections: tuple[str, ...]
     """Small effects that mend its form."""
+    goes_with: str | None
+    """Covariate of a cause outside the catalogue, where that is more probable."""
     in_sample_only: bool
     advice: str
-
-
-def write_report(path: Path, bundle: Bundle, found: Diagnosis) -> None:
-    """Write the page.
-
-    Raises
-    ------
-    BadInput
-        If the file cannot be written.
-    """
-    text = report_html(bundle, found)
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise BadInput(str(path), f"cannot be written: {error.strerror}") from None
 
 
 def report_html(bundle: Bundle, found: Diagnosis) -> str:
@@ -67,31 +59,36 @@ def report_html(bundle: Bundle, found: Diagnosis) -> str:
     environment = Environment(
         loader=PackageLoader("service", "reports"), autoescape=True, undefined=StrictUndefined
     )
-    return environment.get_template("diagnosis.html").render(
-        robot=bundle.robot.name,
-        rows=len(bundle.measurements),
-        date=found.calibrated.provenance.date,
-        version=version("robocal"),
-        verdict=_capital(VERDICTS[found.verdict]),
-        before=found.gain.before * 1e3,
-        after=found.gain.after * 1e3,
-        reduction=found.gain.reduction,
-        low=found.gain.ci95[0],
-        high=found.gain.ci95[1],
-        floor=found.noise_floor * 1e3,
-        causes=[cause_text(named) for named in found.effects[:_MOST_CAUSES]],
-        more=max(len(found.effects) - _MOST_CAUSES, 0),
-        plot=residual_plot(found.residuals),
-        plots=covariate_plots(bundle.measurements, bundle.robot, found.residuals),
-        faults=[
+    return environment.get_template("diagnosis.html").render(report_parts(bundle, found))
+
+
+def report_parts(bundle: Bundle, found: Diagnosis) -> dict[str, Any]:
+    """All that a reader is shown, for the report and for the service's page; pictures as SVG."""
+    return {
+        "robot": bundle.robot.name,
+        "rows": len(bundle.measurements),
+        "date": found.calibrated.provenance.date,
+        "version": version("robocal"),
+        "verdict": _capital(VERDICTS[found.verdict]),
+        "before": found.gain.before * 1e3,
+        "after": found.gain.after * 1e3,
+        "reduction": found.gain.reduction,
+        "low": found.gain.ci95[0],
+        "high": found.gain.ci95[1],
+        "floor": found.noise_floor * 1e3,
+        "causes": [asdict(cause_text(named)) for named in found.effects[:_MOST_CAUSES]],
+        "more": max(len(found.effects) - _MOST_CAUSES, 0),
+        "plot": residual_plot(found.residuals),
+        "plots": covariate_plots(bundle.measurements, bundle.robot, found.residuals),
+        "faults": [
             *(f"{slip.report()} (mended before the diagnosis)" for slip in found.slips),
             *(f"measurements.csv line {row.line}: {row.reason}" for row in found.outliers),
         ],
-        remains=[dependence.covariate for dependence in found.depends_on[:6]],
-        between=found.next_poses.between,
-        words=found.next_poses.words,
-        hidden=found.hidden,
-    )
+        "remains": [dependence.covariate for dependence in found.depends_on[:6]],
+        "between": found.next_poses.between,
+        "words": found.next_poses.words,
+        "hidden": found.hidden,
+    }
 
 
 def cause_text(named: NamedEffect) -> CauseText:
@@ -110,7 +107,7 @@ def cause_text(named: NamedEffect) -> CauseText:
         if cause.key != (instance.effect, instance.joint)
     )
     return CauseText(
-        what=_heading(instance),
+        what=_heading(instance) if named.goes_with is None else _stranger(named.goes_with),
         name=instance.title,
         cost=float(np.sqrt(max(gain.before**2 - gain.after**2, 0.0))) * 1e3,
         values=values,
@@ -118,16 +115,22 @@ def cause_text(named: NamedEffect) -> CauseText:
         share=named.explained_fraction,
         others=others,
         corrections=tuple(fitted.instance.title for fitted in named.form_corrections),
+        goes_with=named.goes_with,
         in_sample_only=named.in_sample_only,
-        advice=EFFECTS[instance.effect].advice,
+        advice=EFFECTS[instance.effect].advice if named.goes_with is None else _LOOK_FOR_IT,
     )
+
+
+def _stranger(covariate: str) -> str:
+    """A cause without a name, by what it goes with."""
+    return f"Something unknown that goes with {covariate}"
 
 
 def _heading(instance: Instance) -> str:
     """In words: where, and what it is."""
     meaning = (type(EFFECTS[instance.effect]).__doc__ or "").strip().rstrip(".")
     where = "" if instance.joint is None else f"Joint {instance.joint}: "
-    arguments = ", ".join(f"{name} {value:.4g}" for name, value in instance.arguments)
+    arguments = ", ".join(instance.details)
     return f"{where}{meaning[:1].lower() if where else meaning[:1]}{meaning[1:]}" + (
         f" ({arguments})" if arguments else ""
     )

@@ -6,8 +6,10 @@ robot's client library or serial lines, the cell is offered through the mock dri
 
 import importlib.util
 import json
+import os
 import socket
 import sys
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +19,8 @@ from types import TracebackType
 from robocal.robots.library import robot_path
 from service.child_process import ChildProcess
 
+NEST, NEST_MM = "r1", (1500.0, -900.0, 200.0)
+"""A reference nest beside the robot, in the tracker's frame."""
 _UR_PORTS = (30004, 29999, 30003)
 
 
@@ -28,6 +32,8 @@ class CellAddresses:
     robot_address: str
     tracker_driver: str
     tracker_address: str
+    world_address: str
+    """For the mock drivers: the temperature probe has no wire here."""
     note: str
     """What is not as on a Linux machine with the UR client, empty otherwise."""
 
@@ -43,14 +49,25 @@ class EmulatedCell:
         How much faster than real time the world's clock runs.
     seed
         Of the true geometry, the frames and the noise.
+    effects
+        Hidden in the cell, as the emulated world takes them.
     """
 
-    def __init__(self, robot: str, time_scale: float, seed: int) -> None:
+    def __init__(
+        self,
+        robot: str,
+        time_scale: float,
+        seed: int,
+        effects: Sequence[Mapping[str, object]] = (),
+    ) -> None:
         self._robot = robot
         self._config = {
             "robot": str(robot_path(robot)),
             "seed": seed,
             "time_scale": time_scale,
+            "nests": {NEST: NEST_MM},
+            "temperature": {"start_degc": 20.0, "final_degc": 32.0},
+            "effects": list(effects),
         }
         self._stack = ExitStack()
 
@@ -59,7 +76,7 @@ class EmulatedCell:
             folder = Path(stack.enter_context(TemporaryDirectory()))
             config = folder / "world.json"
             config.write_text(json.dumps(self._config), encoding="utf-8")
-            world = f"127.0.0.1:{_start(stack, 'world', '--config', str(config))}"
+            world = f"127.0.0.1:{start_emulator(stack, 'world', '--config', str(config))}"
             addresses = self._wires(stack, world)
             self._stack = stack.pop_all()
         return addresses
@@ -73,20 +90,28 @@ class EmulatedCell:
         self._stack.close()
 
     def _wires(self, stack: ExitStack, world: str) -> CellAddresses:
-        missing = _missing(self._robot)
+        driver, controller, missing = emulated_controller(stack, self._robot, world)
         if missing:
-            return CellAddresses("mock", world, "mock", world, missing)
-        controller = _free_loopback()
-        _start(stack, "ur_controller", "--world", world, "--address", controller)
-        tracker = str(_start(stack, "geocom_station", "--world", world))
-        return CellAddresses("ur_rtde", controller, "geocom", tracker, "")
+            return CellAddresses("mock", world, "mock", world, world, missing)
+        tracker = str(start_emulator(stack, "geocom_station", "--world", world))
+        return CellAddresses(driver, controller, "geocom", tracker, world, "")
 
 
-def _start(stack: ExitStack, emulator: str, *arguments: str) -> object:
+def start_emulator(stack: ExitStack, emulator: str, *arguments: str) -> object:
     """Start one emulator and return the port that it names."""
     child = ChildProcess(f"drivers.emulators.{emulator}", *arguments)
     stack.callback(child.close)
     return child.ready().get("port")
+
+
+def emulated_controller(stack: ExitStack, robot: str, world: str) -> tuple[str, str, str]:
+    """Start the controller of a robot; its driver, its address, and why it is the mock driver."""
+    missing = _missing(robot)
+    if missing:
+        return "mock", world, missing
+    controller = _free_loopback()
+    start_emulator(stack, "ur_controller", "--world", world, "--address", controller)
+    return "ur_rtde", controller, ""
 
 
 def _missing(robot: str) -> str:
@@ -104,8 +129,10 @@ def _missing(robot: str) -> str:
 
 def _free_loopback() -> str:
     """A loopback address whose three fixed UR ports are free."""
+    # Programs that start at the same moment look at different ones.
+    block = os.getpid() % 200
     for last in range(2, 250):
-        address = f"127.0.0.{last}"
+        address = f"127.0.{block}.{last}"
         if all(_is_free(address, port) for port in _UR_PORTS):
             return address
     raise OSError("no loopback address has ports 30004, 29999 and 30003 free")

@@ -1,15 +1,30 @@
 """What the service answers when it cannot do what it was asked: problem+json, RFC 9457."""
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Mapping, Sequence
 from http import HTTPStatus
+from types import MappingProxyType
 from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import DataError, DBAPIError, InternalError, OperationalError
 from starlette.exceptions import HTTPException
+
+from service.db.trouble import Trouble, trouble_of
+
+log = logging.getLogger("robocal.service")
+
+_OF_THE_DATABASE = (OperationalError, InternalError, DataError)
+_STATUS_OF = {
+    Trouble.disk_full: HTTPStatus.INSUFFICIENT_STORAGE,
+    Trouble.disk_broken: HTTPStatus.INSUFFICIENT_STORAGE,
+    Trouble.read_only: HTTPStatus.SERVICE_UNAVAILABLE,
+    Trouble.unsuitable: HTTPStatus.UNPROCESSABLE_ENTITY,
+    Trouble.busy: HTTPStatus.SERVICE_UNAVAILABLE,
+}
 
 
 class ProblemDocument(BaseModel):
@@ -25,12 +40,32 @@ class Problem(Exception):
     """A refused request; the message is one clear sentence."""
 
     status = HTTPStatus.INTERNAL_SERVER_ERROR
+    headers: Mapping[str, str] = MappingProxyType({})
+
+    def answer(self) -> JSONResponse:
+        """Make the error answer."""
+        answer = problem_answer(self.status, str(self))
+        answer.headers.update(self.headers)
+        return answer
 
 
 class NotFound(Problem):
     """What was asked for does not exist."""
 
     status = HTTPStatus.NOT_FOUND
+
+
+class Unauthorised(Problem):
+    """Nobody is known to have sent the request."""
+
+    status = HTTPStatus.UNAUTHORIZED
+    headers = MappingProxyType({"WWW-Authenticate": "Bearer"})
+
+
+class Forbidden(Problem):
+    """The caller is known, and may not do this."""
+
+    status = HTTPStatus.FORBIDDEN
 
 
 class Conflict(Problem):
@@ -47,7 +82,9 @@ class Unusable(Problem):
 
 def problem_answer(status: int, detail: str) -> JSONResponse:
     """Make the error answer with one sentence."""
-    document = ProblemDocument(title=HTTPStatus(status).phrase, status=status, detail=detail)
+    # What the caller sent may be repeated in it; one line it stays.
+    sentence = " ".join(detail.split())
+    document = ProblemDocument(title=HTTPStatus(status).phrase, status=status, detail=sentence)
     return JSONResponse(
         document.model_dump(), status_code=status, media_type="application/problem+json"
     )
@@ -58,7 +95,7 @@ def install(app: FastAPI) -> None:
 
     def refused(request: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, Problem)
-        return problem_answer(error.status, str(error))
+        return error.answer()
 
     def malformed(request: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, RequestValidationError)
@@ -72,13 +109,16 @@ def install(app: FastAPI) -> None:
         answer.headers.update(error.headers or {})
         return answer
 
-    def locked(request: Request, error: Exception) -> JSONResponse:
-        return problem_answer(
-            HTTPStatus.SERVICE_UNAVAILABLE,
-            "The database does not answer at this moment; send the request again.",
-        )
+    def troubled(request: Request, error: Exception) -> JSONResponse:
+        assert isinstance(error, DBAPIError)
+        trouble = trouble_of(error)
+        log.error("%s %s: %s (%s)", request.method, request.url.path, trouble, error.orig)
+        return problem_answer(_STATUS_OF[trouble], trouble)
 
     def broken(request: Request, error: Exception) -> JSONResponse:
+        # What stands before the routes meets the database as well.
+        if isinstance(error, _OF_THE_DATABASE):
+            return troubled(request, error)
         return problem_answer(
             HTTPStatus.INTERNAL_SERVER_ERROR,
             f"{request.method} {request.url.path} failed inside the service "
@@ -88,7 +128,8 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(Problem, refused)
     app.add_exception_handler(RequestValidationError, malformed)
     app.add_exception_handler(HTTPException, http_error)
-    app.add_exception_handler(OperationalError, locked)
+    for kind in _OF_THE_DATABASE:
+        app.add_exception_handler(kind, troubled)
     app.add_exception_handler(Exception, broken)
 
 

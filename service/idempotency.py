@@ -7,15 +7,19 @@ import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from http import HTTPStatus
+from typing import TypeVar
 
 from fastapi import Response
 from pydantic import BaseModel
 from sqlalchemy.orm import Session
 
+from service.access.trail import Deed
 from service.clock import utc_now
 from service.db.engine import Database
 from service.db.models import AnswerRow
 from service.errors import Unusable
+
+Answer = TypeVar("Answer", bound=BaseModel)
 
 
 @dataclass(frozen=True)
@@ -28,11 +32,14 @@ class Once:
         Idempotency-Key, or None.
     request_sha256
         Of method, path, query and body.
+    deed
+        What the audit trail shall keep, in the same transaction as the work.
     """
 
     database: Database
     key: str | None
     request_sha256: str
+    deed: Deed
 
     def earlier(self) -> Response | None:
         """Return the answer that this key got before; raises `Unusable` for another request."""
@@ -40,25 +47,33 @@ class Once:
             return self._stored(session)
 
     def answer(
-        self, act: Callable[[Session], BaseModel], status: HTTPStatus = HTTPStatus.OK
+        self,
+        act: Callable[[Session], Answer],
+        status: HTTPStatus = HTTPStatus.OK,
+        kept: Callable[[Answer], BaseModel] | None = None,
     ) -> Response:
-        """Do the work in one transaction and answer, or repeat the answer given before."""
+        """Do the work in one transaction and answer, or repeat the answer given before.
+
+        `kept` makes what is stored of an answer that holds a secret.
+        """
         with self.database.write() as session:
             earlier = self._stored(session)
             if earlier is not None:
                 return earlier
-            body = act(session).model_dump_json()
+            done = act(session)
             if self.key is not None:
                 session.add(
                     AnswerRow(
                         key=self.key,
                         request_sha256=self.request_sha256,
                         status=status,
-                        body=body,
+                        body=(done if kept is None else kept(done)).model_dump_json(),
                         created=utc_now(),
                     )
                 )
-        return _json(body, status)
+            self.deed.write(session, status)
+        self.deed.written = True
+        return _json(done.model_dump_json(), status)
 
     def _stored(self, session: Session) -> Response | None:
         row = None if self.key is None else session.get(AnswerRow, self.key)

@@ -6,6 +6,7 @@ import numpy as np
 
 from robocal.diagnosis.diagnosis import Diagnosis, Verdict
 from robocal.identification.result import ResidualSummary
+from robocal.measurements import MeasurementSet
 from service.calibration import Calibration
 
 _DEG = np.pi / 180.0
@@ -15,9 +16,9 @@ def identification_lines(done: Calibration, out: Path) -> list[str]:
     """A few lines: what was measured, what came out, what stays open."""
     bundle, result = done.bundle, done.result
     rows = bundle.measurements
-    kind = "full poses" if rows.has_orientation.all() else "positions"
     lines = [
-        f"{bundle.robot.name}: {len(rows)} rows ({kind}), {int(rows.held_out.sum())} held out",
+        f"{bundle.robot.name}: {len(rows)} rows ({_kinds(rows)}), "
+        f"{int(rows.held_out.sum())} held out",
         f"rank {result.rank}, condition {result.condition:.1f}, strategy {result.strategy}, "
         f"{result.iterations} iterations",
         f"{'':26}{'rows':>7}{'RMS mm':>10}{'mean mm':>10}{'max mm':>10}{'RMS deg':>10}",
@@ -37,12 +38,29 @@ def identification_lines(done: Calibration, out: Path) -> list[str]:
         lines.append(f"measurements.csv line {row.line}, held out, is suspect: {row.reason}")
     for row in result.rejected:
         lines.append(f"measurements.csv line {row.line} not used: {row.reason}")
+    for name, reason in result.unmet.items():
+        lines.append(f"{name} was asked for, but is not identified: {reason}")
     if result.reasons:
         lines.append(f"redundant: {', '.join(result.reasons)}")
     if not result.converged:
         lines.append("the iteration did not converge; do not use these parameters")
     lines.append(f"-> {out / 'identification.json'}, {out / 'model.yaml'}")
     return lines
+
+
+def _kinds(rows: MeasurementSet) -> str:
+    """What the rows hold, the most common first: `40 positions, 20 distances` where mixed."""
+    located = np.isfinite(rows.position[:, 0])
+    counts = {
+        "full poses": int((located & rows.has_orientation).sum()),
+        "positions": int((located & ~rows.has_orientation).sum()),
+        "orientations": int((~located & rows.has_orientation).sum()),
+        "distances": int(np.isfinite(rows.distance).sum()),
+    }
+    there = [name for name in sorted(counts, key=lambda name: -counts[name]) if counts[name]]
+    if len(there) == 1:
+        return there[0]
+    return ", ".join(f"{counts[name]} {name}" for name in there)
 
 
 def _line(name: str, summary: ResidualSummary) -> str:
@@ -80,6 +98,7 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
             f"  {named.fitted.instance.title:34} probability {named.probability:.3f}, "
             f"share {named.explained_fraction:.2f}"
             + (f"; or {alternative}" if alternative else "")
+            + (f"; rather something unknown with {named.goes_with}" if named.goes_with else "")
             + ("; gain in sample only" if named.in_sample_only else "")
         )
     if len(found.effects) > _MOST_LINES:

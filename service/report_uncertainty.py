@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from robocal.uncertainty.evaluation import Evaluation
+from robocal.uncertainty.evaluation import OF_TOLERANCE, Evaluation
+from robocal.uncertainty.refit_verdict import judge_refits
 from robocal.uncertainty.workspace_map import WorkspaceMap
 
 
@@ -26,26 +27,20 @@ def uncertainty_lines(evaluation: Evaluation, workspace: WorkspaceMap, out: Path
         f"max {radius.max():.4f} mm",
         f"over the workspace: U95 mean {workspace.mean.mean() * 1e3:.4f} mm, "
         f"max {workspace.largest.max() * 1e3:.4f} mm",
-        f"Monte Carlo: {check.sampled.n_draws} {way}, "
-        f"{'stable' if check.sampled.stable else 'stability not reached or not asked for'}; "
+        f"Monte Carlo: {check.sampled.n_draws} {way}, {_stability(evaluation)}; "
         f"law of propagation validated for {check.agreement.validated.mean():.0%} of "
         f"{len(check.agreement.low)} coordinates",
     ]
     if evaluation.refits is not None:
-        lines.append(_refit_line(evaluation))
+        lines.append(judge_refits(evaluation, evaluation.refits).sentence)
     lines += [evaluation.verdict.sentence, f"-> {out / 'uncertainty.json'}"]
     return lines
 
 
-def _refit_line(evaluation: Evaluation) -> str:
-    refits = evaluation.refits
-    assert refits is not None
-    result = evaluation.result
-    stated = evaluation.parameters.std
-    kept = [k for k in result.free if result.cell.names[k] not in result.reasons and stated[k] > 0]
-    ratio = refits.std[kept] / stated[kept]
-    return (
-        f"{refits.count} simulated campaigns fitted again: standard deviations of the identified "
-        f"parameters are {ratio.min():.2f} to {ratio.max():.2f} of those stated"
-        + (f"; {refits.n_unsettled} did not settle" if refits.n_unsettled else "")
-    )
+def _stability(evaluation: Evaluation) -> str:
+    if evaluation.settings.draws is not None:
+        return "as many as asked for, their stability not judged"
+    met = f"{OF_TOLERANCE:g} of the numerical tolerance of {evaluation.settings.digits} digit(s)"
+    if evaluation.check.sampled.stable:
+        return f"stable to {met}"
+    return f"not yet stable to {met} at the most allowed"

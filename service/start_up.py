@@ -1,14 +1,34 @@
 """What has to be in place before the service listens; each fault in one sentence."""
 
 import socket
+from typing import Any
 
 from alembic.util import CommandError
+from pydantic import ValidationError
 from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from robocal.errors import BadInput
 from service.db.engine import open_database, sqlite_file
+from service.db.trouble import Trouble, trouble_of
 from service.db.upgrade import upgrade_schema
 from service.settings import Settings
+
+
+def read_settings(**given: object) -> Settings:
+    """Return the environment's settings, with those given in their place.
+
+    Raises
+    ------
+    BadInput
+        If a setting cannot be what it is.
+    """
+    wanted: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    try:
+        return Settings(**wanted)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = " ".join(["setting", *map(str, first["loc"])])
+        raise BadInput(where, first["msg"].removeprefix("Value error, ")) from None
 
 
 def prepare_database(settings: Settings) -> None:
@@ -31,7 +51,7 @@ def prepare_database(settings: Settings) -> None:
         raise BadInput(
             setting,
             "this is no address of a database that is known here; "
-            "write it as sqlite:///folder/file.sqlite3",
+            "write it as sqlite:///folder/file.sqlite3 or postgresql+psycopg://person@host/database",
         ) from None
     except ImportError as error:
         raise BadInput(
@@ -44,8 +64,11 @@ def prepare_database(settings: Settings) -> None:
         ) from None
     except DBAPIError as error:
         place = sqlite_file(url) or "the server"
+        advice = "name another one"
+        if trouble_of(error) is Trouble.disk_full:
+            advice = "its disk is full, make room there"
         raise BadInput(
-            setting, f"{place} cannot be used as the database ({error.orig}); name another one"
+            setting, f"{place} cannot be used as the database ({error.orig}); {advice}"
         ) from None
     except CommandError as error:
         raise BadInput(

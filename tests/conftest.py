@@ -1,5 +1,6 @@
 """What tests of several folders share. Loading it makes the checkout importable as well."""
 
+import os
 import shutil
 import sys
 from collections.abc import Callable
@@ -8,7 +9,12 @@ from pathlib import Path
 import pytest
 
 from service.cli import main
+from tests.credentials import KEY, SETTING
 from tests.measured_cell import true_cell, write_bundle
+
+pytest_plugins = ["tests.postgresql"]
+
+os.environ[SETTING] = KEY
 
 
 @pytest.fixture

@@ -7,6 +7,8 @@ from pathlib import Path
 from robocal.identification.strategies import STRATEGIES
 from robocal.robots.library import ROBOTS
 from service.cli import COMMANDS
+from service.main import create_app
+from service.settings import Settings
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = 400
@@ -151,3 +153,8 @@ def test_no_committed_file_names_a_place_on_somebodys_machine():
             if any(home in line for home in homes):
                 found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()[:80]}")
     assert not found
+
+
+def test_every_route_says_who_may_call_it():
+    """Making the application refuses a route without a line in service/access/scopes.py."""
+    create_app(Settings())

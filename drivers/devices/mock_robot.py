@@ -10,14 +10,12 @@ import time
 from collections.abc import Callable
 
 from drivers.errors import BadReply, Interrupted, NoReply, Refused, Unsafe
-from drivers.interfaces import MAY_MOVE, JointMotion, RobotState, Safety
+from drivers.interfaces import MAY_MOVE, STOP_DECELERATION, JointMotion, RobotState, Safety
 from drivers.transport import JsonReply, LineSocket, ask_json, read_again
 
 REPLY_TIMEOUT_S = 2.0
 POLL_S = 0.02
 """Longest wait between two looks at a moving robot; the interface allows 0.05 [s]."""
-STOP_DECELERATION = 4.0
-"""Deceleration of the leading joint in a stop [rad/s2]."""
 ARRIVAL_TOLERANCE = 1e-6
 """Largest distance of a joint from its target that counts as arrived [rad], [m]."""
 

@@ -67,7 +67,6 @@ def _options(arguments: argparse.Namespace) -> Options:
         kind=arguments.kind,
         size=Size(arguments.poses, arguments.repeats, arguments.check, arguments.joint_range),
         factor=arguments.size,
-        effect=arguments.effect,
         orientation=arguments.orientation,
         sigma_mm=arguments.sigma_mm,
     )
@@ -82,7 +81,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--count", type=int, default=1, help="how many bundles")
     parser.add_argument("--kind", choices=KINDS, default="one")
-    parser.add_argument("--effect", help="hide this one (or this fault) instead of drawing it")
+    parser.add_argument(
+        "--effect",
+        action="append",
+        help="hide this one (or this fault) instead of drawing it; several take turns",
+    )
     parser.add_argument("--size", type=float, default=options.factor, help="factor on all sizes")
     parser.add_argument("--poses", type=int, default=size.poses)
     parser.add_argument("--repeats", type=int, default=size.repeats, help="rows that come again")
@@ -97,11 +100,12 @@ def main() -> int:
     """Write the bundles."""
     arguments = _parser().parse_args()
     options = _options(arguments)
+    effects = arguments.effect or [None]
     arguments.truth.mkdir(parents=True, exist_ok=True)
     for index in range(arguments.count):
         name = f"{index:04d}"
         number = int(np.random.default_rng([options.seed, index]).integers(len(arguments.robot)))
-        case = replace(options, index=index)
+        case = replace(options, index=index, effect=effects[index % len(effects)])
         try:
             write_case(
                 arguments.robot[number],

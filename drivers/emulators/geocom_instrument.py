@@ -19,6 +19,8 @@ INVALID_PARAMETER = 2
 ANGLE_OK = 1285
 NO_TARGET = 8710
 
+POINTED_WITHIN = 0.03
+"""A telescope turned nearer than this to a fixed nest sees that nest and not the robot [rad]."""
 MEASURING_S = 0.3
 """World time of one distance measurement [s]."""
 AIMING_S = 0.5
@@ -51,6 +53,8 @@ class Station:
         self._world = world
         self._digits = 15
         self._last: Sighting | None = None
+        self._nest: str | None = None
+        self._pointing = (0.0, math.pi / 2)
         self._atmosphere = ("0.000000658", "1013.25", "20.0", "15.0")
         self._ppm = "0.0"
         self._procedures: dict[int, Callable[[Request], Awaitable[Reply]]] = {
@@ -60,6 +64,7 @@ class Station:
             2148: self._set_ppm,
             2151: self._get_ppm,
             2082: self._get_coordinate,
+            2107: self._get_angle,
             9027: self._turn_telescope,
             9037: self._fine_adjust,
             17017: self._measure_distance_angle,
@@ -87,11 +92,14 @@ class Station:
         """Look at the target for a while; None if there is nothing to see at the end."""
         hello = await self._world.ask("hello")
         await asyncio.sleep(world_seconds / hello["time_scale"])
-        reading = await self._world.ask("measure")
+        target = {} if self._nest is None else {"target": self._nest}
+        reading = await self._world.ask("measure", **target)
         if not reading["ok"]:
             return None
         east, north, height = reading["position"]
-        return Sighting(east, north, height, int(reading["time_s"] * 1e3))
+        seen = Sighting(east, north, height, int(reading["time_s"] * 1e3))
+        self._pointing = seen.polar()[:2]
+        return seen
 
     def _number(self, value: float, digits: int) -> str:
         return f"{value:.{min(digits, self._digits)}f}"
@@ -132,7 +140,24 @@ class Station:
         return Reply(OK if seen else NO_TARGET)
 
     async def _turn_telescope(self, request: Request) -> Reply:
-        return Reply(OK if len(request.parameters) == 5 else INVALID_PARAMETER)
+        """Look elsewhere: at a fixed nest where one stands there, else after the robot's target."""
+        if len(request.parameters) != 5:
+            return Reply(INVALID_PARAMETER)
+        horizontal, vertical = (float(angle) for angle in request.parameters[:2])
+        self._pointing = (horizontal % (2 * math.pi), vertical)
+        there = await self._world.ask("nests")
+        self._nest = None
+        for name, (east, north, height) in there["nests"].items():
+            across, up, _ = Sighting(east, north, height, 0).polar()
+            turned = (across - horizontal + math.pi) % (2 * math.pi) - math.pi
+            if math.hypot(turned * math.sin(up), up - vertical) < POINTED_WITHIN:
+                self._nest = name
+        return Reply(OK)
+
+    async def _get_angle(self, request: Request) -> Reply:
+        if len(request.parameters) != 1:
+            return Reply(INVALID_PARAMETER)
+        return Reply(OK, tuple(self._number(angle, self._digits) for angle in self._pointing))
 
     async def _set_atmosphere(self, request: Request) -> Reply:
         if len(request.parameters) != 4:

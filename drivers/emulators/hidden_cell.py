@@ -53,6 +53,14 @@ class HiddenCell:
         flange = link_frames(table, self._true_joints(stance) + scatter, bent)[-1]
         return np.asarray(base @ flange @ tool)
 
+    def base_now(self, q: Vector, now: Circumstances) -> Matrix:
+        """Where the base stands in the tracker's frame at this moment."""
+        stance = Stance(self.table, self.load, q, now)
+        base = self.base
+        for effect in self.effects:
+            base = effect.base(base, stance)
+        return base
+
     def seen(self, T_tracker_target: Matrix) -> Vector:
         """Where the instrument sees the target, noise apart [m]."""
         shifts = (effect.seen(T_tracker_target) for effect in self.effects)

@@ -26,23 +26,24 @@ ALARMS, POSITION, STATUS = 0, 1, 10
 class Encoder:
     """The instrument behind the wire."""
 
-    def __init__(self, world: WorldLink, sensor: str, number: int) -> None:
+    def __init__(self, world: WorldLink, sensor: str, number: int, per_turn: int) -> None:
         self._world = world
         self._sensor = sensor
         self._unit = Unit(number)
+        self._per_turn = per_turn
 
     async def answer(self, request: bytes) -> bytes:
         """Follow one frame."""
         reply = await self._world.ask("stage", sensor=self._sensor)
-        counts = round(reply["value"] / (2 * math.pi) * COUNTS_PER_TURN)
-        counts %= COUNTS_PER_TURN * TURNS
+        counts = round(reply["value"] / (2 * math.pi) * self._per_turn)
+        total = self._per_turn * TURNS
+        counts %= total
         measured = {
             **dict.fromkeys(range(STATUS + 1), 0),
             POSITION: counts >> 16,
             POSITION + 1: counts & 0xFFFF,
         }
-        total = COUNTS_PER_TURN * TURNS
-        settings = {0: COUNTS_PER_TURN >> 16, 1: COUNTS_PER_TURN & 0xFFFF}
+        settings = {0: self._per_turn >> 16, 1: self._per_turn & 0xFFFF}
         settings |= {2: total >> 16, 3: total & 0xFFFF}
         return self._unit.answer(
             request, {READ_INPUT: lambda: measured, READ_HOLDING: lambda: settings}
@@ -63,7 +64,7 @@ class Encoder:
 
 def make(world: WorldLink, options: argparse.Namespace) -> Protocol:
     """Put the encoder on the wire."""
-    return Encoder(world, options.sensor, options.id).protocol()
+    return Encoder(world, options.sensor, options.id, options.counts).protocol()
 
 
 def main() -> int:
@@ -71,6 +72,7 @@ def main() -> int:
     parser = instrument_options("An emulated Lika encoder on a serial port (Modbus RTU).", BAUD)
     parser.add_argument("--sensor", required=True, help="name of the world's stage value")
     parser.add_argument("--id", type=int, default=1, help="unit id")
+    parser.add_argument("--counts", type=int, default=COUNTS_PER_TURN, help="counts per turn")
     return play(parser, make)
 
 

@@ -107,10 +107,25 @@ class TrueCell:
             int(np.sign(b - a)) or before
             for a, b, before in zip(here, target, self._last_motion, strict=True)
         )
-        spread = self.config.repeatability_mm * 1e-3 / self.table.reach()
-        unit = np.where(self.table.prismatic, self.table.reach(), 1.0)
-        self._arrival_error = self._scatter.normal(0.0, spread, self.table.n_joints) * unit
+        self._arrival_error = self._draw_scatter()
         return self._segment
+
+    def guide(self, target: tuple[float, ...]) -> None:
+        """Stand at these joints at once: a person has led the robot there by hand."""
+        if self.moving():
+            raise WorldError("moving", "The robot moves on a command: it cannot be led by hand.")
+        self._check_target(target, 1.0, 1.0)
+        self._segment = motion.at_rest(target, self.clock.now())
+        self._stops.append(target)
+
+    def _draw_scatter(self) -> Vector:
+        """By how much the joints miss their place this time [rad], [m] for a prismatic joint."""
+        scatter = self._scatter.normal(
+            0.0, self.config.repeatability_mm * 1e-3, self.table.n_joints
+        )
+        # An arm of no length has no point that a turn would move.
+        reach = self.table.reach() or np.inf
+        return np.where(self.table.prismatic, scatter, scatter / reach)
 
     def _check_target(self, target: tuple[float, ...], speed: float, acceleration: float) -> None:
         if len(target) != self.table.n_joints:
@@ -160,12 +175,13 @@ class TrueCell:
             return self.fixed_temperature_degc
         return self.config.temperature.at(self.clock.now())
 
-    def measure(self) -> TargetReading:
-        """Read the target once, with the instrument's noise."""
+    def measure(self, nest: str | None = None) -> TargetReading:
+        """Read the robot's target, or the one in a fixed nest, with the instrument's noise."""
         if self.beam_blocked:
             raise WorldError("no_target", "The beam is blocked.")
         now = self.clock.now()
-        T = self.target_pose(np.array(self._segment.joints(now)), now)
+        q = np.array(self._segment.joints(now))
+        T = self.target_pose(q, now) if nest is None else self._nest_pose(nest, q, now)
         self._readings += 1
         noise = self.config.noise
         growing = noise.ppm * 1e-6 * float(np.linalg.norm(T[:3, 3]))
@@ -174,6 +190,16 @@ class TrueCell:
         turn = small_turn(self._noise.normal(0.0, noise.orientation_mrad * 1e-3, 3))
         x, y, z = (float(v) for v in position)
         return TargetReading((x, y, z), quaternion(turn @ T[:3, :3]), now)
+
+    def _nest_pose(self, nest: str, q: Vector, time_s: float) -> Matrix:
+        """Where a nest on the robot's floor is now: like the base, as the tracker sees it."""
+        if nest not in self.config.nests:
+            raise WorldError("no_nest", f"No nest {nest!r}, there are {list(self.config.nests)}.")
+        T = np.eye(4)
+        T[:3, 3] = np.array(self.config.nests[nest]) * 1e-3
+        base = self.base.matrix()
+        now = self.hidden().base_now(q, self.circumstances(time_s))
+        return np.asarray(now @ np.linalg.inv(base) @ T)
 
     def hidden(self) -> HiddenCell:
         """Return the cell as the effects of this moment make it."""

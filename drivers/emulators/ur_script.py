@@ -26,6 +26,8 @@ STOP_SCRIPT = 255
 
 PROGRAM_START_S = 0.05
 """Real time between the end of the upload and the first line of the program [s]."""
+LONGEST_CYCLE_S = 0.02
+"""A controller never stands still; when this process did, the watchdog counts no more than this."""
 PROGRAM_STOP_DECELERATION = 4.0
 """[rad/s2] A controller brakes the arm when its program ends in the middle of a motion."""
 
@@ -75,6 +77,9 @@ class ControlProgram:
         self._arm = arm
         self._starts_at_s: float | None = None
         self._watchdog_s: float | None = None
+        self._silent_s = 0.0
+        self._stepped_s = 0.0
+        self._heard_s = 0.0
         self._waits_for_rest = False
         self._progress = AsyncProgress()
 
@@ -121,8 +126,13 @@ class ControlProgram:
         self.registers.output_int[2] = self._progress.finish()
 
     def _watchdog_expired(self, now_s: float) -> bool:
-        silent_s = now_s - self.registers.command_written_s
-        return self._watchdog_s is not None and silent_s > self._watchdog_s
+        if self.registers.command_written_s != self._heard_s:
+            self._heard_s = self.registers.command_written_s
+            self._silent_s = 0.0
+        else:
+            self._silent_s += min(now_s - self._stepped_s, LONGEST_CYCLE_S)
+        self._stepped_s = now_s
+        return self._watchdog_s is not None and self._silent_s > self._watchdog_s
 
     async def _cycle(self) -> None:
         registers = self.registers

@@ -4,7 +4,7 @@
 ``{"ready": true, "port": N}`` and ends when its standard input closes. Clients send one JSON
 object a line over TCP and get one line back: ``"ok": true``, or ``"ok": false`` with ``error`` (a
 word) and ``message``. Metre, radian, second. Operations: `hello`, `robot`, `move`, `stop`,
-`measure`, `stage`, `conditions`, `set`, `truth`.
+`guide` (by hand), `measure`, `nests`, `stage`, `conditions`, `set`, `truth`.
 """
 
 from __future__ import annotations
@@ -63,10 +63,21 @@ def stop(cell: TrueCell, request: Request) -> Reply:
     return {"segment": asdict(segment)}
 
 
+def guide(cell: TrueCell, request: Request) -> Reply:
+    """Lead the robot by hand to these joints."""
+    cell.guide(tuple(float(q) for q in request["joints"]))
+    return {}
+
+
 def measure(cell: TrueCell, request: Request) -> Reply:
-    """Read the target with the tracker."""
+    """Read the robot's target with the tracker, or the one in the nest named `target`."""
+    return asdict(cell.measure(request.get("target")))
+
+
+def nests(cell: TrueCell, request: Request) -> Reply:
+    """Say which fixed nests there are, and where about in the tracker's frame."""
     del request
-    return asdict(cell.measure())
+    return {"nests": {name: tuple(v * 1e-3 for v in at) for name, at in cell.config.nests.items()}}
 
 
 def stage(cell: TrueCell, request: Request) -> Reply:
@@ -120,6 +131,7 @@ def truth(cell: TrueCell, request: Request) -> Reply:
         "a": table.a.tolist(),
         "alpha": table.alpha.tolist(),
         "beta": table.beta.tolist(),
+        "prismatic": table.prismatic,
         "base": asdict(cell.base),
         "tool": asdict(cell.tool),
         "effects": [repr(effect) for effect in cell.effects],
@@ -136,7 +148,9 @@ OPERATIONS: dict[str, Callable[[TrueCell, Request], Reply]] = {
     "robot": robot,
     "move": move,
     "stop": stop,
+    "guide": guide,
     "measure": measure,
+    "nests": nests,
     "stage": stage,
     "conditions": conditions,
     "set": set_value,
@@ -163,7 +177,7 @@ def answer(cell: TrueCell, line: bytes, client: int) -> Reply:
         return {"ok": False, "error": "bad_request", "message": f"{type(fault).__name__}: {fault}"}
 
 
-async def serve(cell: TrueCell, port: int) -> None:
+async def serve(cell: TrueCell, host: str, port: int) -> None:
     """Answer any number of clients until standard input closes."""
     numbers = itertools.count()
 
@@ -179,7 +193,7 @@ async def serve(cell: TrueCell, port: int) -> None:
             cell.abandon(client)
             writer.close()
 
-    server = await asyncio.start_server(converse, "127.0.0.1", port)
+    server = await asyncio.start_server(converse, host, port)
     report_ready(port=server.sockets[0].getsockname()[1])
     await until_stdin_closes()
     server.close()
@@ -189,6 +203,7 @@ def main() -> int:
     """Run the world of a configuration file."""
     parser = argparse.ArgumentParser(description="The emulated world of one robot cell.")
     parser.add_argument("--config", type=Path, required=True, help="configuration, JSON")
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on")
     parser.add_argument("--port", type=int, default=0, help="TCP port, 0 for a free one")
     options = parser.parse_args()
     try:
@@ -196,7 +211,7 @@ def main() -> int:
     except WorldError as fault:
         sys.stderr.write(f"{fault}\n")
         return 2
-    asyncio.run(serve(cell, options.port))
+    asyncio.run(serve(cell, options.host, options.port))
     return 0
 
 

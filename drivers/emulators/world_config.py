@@ -73,6 +73,8 @@ class WorldConfig:
     start_joints_deg: tuple[float, ...] | None = None
     """[deg], [mm] for a prismatic joint; None starts at 0 or, outside the limits, in their middle.
     """
+    nests: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    """Reference nests beside the robot by name, at world time 0 in the tracker's frame [mm]."""
     stage: Mapping[str, float] = field(default_factory=dict)
     """Values of the stage sensors by name [m], [rad]."""
 

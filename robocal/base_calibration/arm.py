@@ -12,6 +12,8 @@ from robocal.kinematics.model import KinematicModel
 
 _REACHED = 0.1e-3
 """A place is reached when the tip comes this near [m]"""
+_ROOM = 0.02
+"""Room left to the end of the reach [m]"""
 _STEPS = 60
 _DAMPING = 0.05
 """Of the joint steps, against singular poses [m/rad]"""
@@ -100,7 +102,16 @@ class Arm:
     def reaches(
         self, places: Float[Array, "place 3"], start: Float[Array, "joint"]
     ) -> Bool[Array, "place"]:
-        """Whether the tip comes to each place within the joint limits, searched from `start`."""
-        q = self.joints_at(places, np.tile(start, (len(places), 1)))
-        tips = self.needle_poses(q)[:, :3, 3]
-        return np.asarray(np.linalg.norm(places - tips, axis=1) < _REACHED)
+        """Whether the tip comes to each place within the joint limits, searched from `start`.
+
+        With some room: a place counts when those `_ROOM` farther out and farther in are reached
+        too. A person sets the stage to millimetres, and does not guide an arm at full stretch.
+        """
+        outward = places / np.maximum(np.linalg.norm(places, axis=1), _ROOM)[:, None]
+        reached = np.ones(len(places), dtype=bool)
+        for room in (_ROOM, -_ROOM, 0.0):
+            wanted = (places + room * outward)[reached]
+            q = self.joints_at(wanted, np.tile(start, (len(wanted), 1)))
+            tips = self.needle_poses(q)[:, :3, 3]
+            reached[reached] = np.linalg.norm(wanted - tips, axis=1) < _REACHED
+        return reached

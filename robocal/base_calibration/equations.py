@@ -4,6 +4,11 @@ For each touch the tip, carried into the master's base, less the cup, as the sen
 :math:`f = T\,t - (O + R\,c)`. Its covariance holds the tip's and, through the stage's derivatives,
 the readings'; where several touches share a reading or a robot's parameters it is not block
 diagonal. Levelling and the corrections' priors add one row each.
+
+A robot's rows are weighed along that robot's own axes. What the touches leave open (a turn of
+everything about the line of the master's touches, a turn of the slave about the line of its own)
+then changes no row at all, at any state; along fixed axes the misclosure itself would turn, and
+look like knowledge of the open direction.
 """
 
 from dataclasses import dataclass
@@ -26,7 +31,7 @@ class Equations:
     """Misclosure; the least-squares step is the x of `J x = -residual`."""
     J: Float[Array, "row unknown"]
     touch_root: Float[Array, "coordinate coordinate"]
-    """Lower Cholesky factor of the misclosures' covariance [m]."""
+    """Lower Cholesky factor of the misclosures' covariance along the robots' own axes [m]."""
     misclosure: Float[Array, "touch 3"]
     """Tip less cup in the master's base [m]."""
 
@@ -54,10 +59,13 @@ class TouchRows:
 def build_equations(state: State, touches: Touches, stage: Stage) -> Equations:
     """Residuals, Jacobian and weights at `state`."""
     rows = touch_rows(state, touches)
-    root = np.linalg.cholesky(_covariance(state, touches, stage, rows.by_reading))
+    own = np.where(touches.by_slave[:, None, None], state.slave[:3, :3].T, np.eye(3))
+    root = np.linalg.cholesky(_covariance(touches, stage, own @ rows.by_reading))
     level, J_level = _level_rows(state, stage)
     prior, J_prior = _prior_rows(state, stage)
-    raw = np.column_stack([rows.misclosure.ravel(), rows.J.reshape(-1, state.size)])
+    misclosure = np.einsum("tij,tj->ti", own, rows.misclosure)
+    J = own @ _with_turning_axes(state, touches, rows)
+    raw = np.column_stack([misclosure.ravel(), J.reshape(-1, state.size)])
     whitened = np.linalg.solve(root, raw)
     return Equations(
         np.concatenate([whitened[:, 0], level, prior]),
@@ -79,6 +87,17 @@ def touch_rows(state: State, touches: Touches) -> TouchRows:
     by = cup_derivatives(*cup)
     J = _touch_jacobian(state, touches, arms, turned, by)
     return TouchRows(tips - arms - frames[:, :3, 3], J, rotation @ by.readings)
+
+
+def _with_turning_axes(
+    state: State, touches: Touches, rows: TouchRows
+) -> Float[Array, "touch 3 unknown"]:
+    """Derivatives as seen along the slave's axes, which turn along: d(R' f) = R' (df - w x f)."""
+    J = rows.J.copy()
+    turn = slice(state.slave_columns.start + 3, state.slave_columns.stop)
+    for touch in np.flatnonzero(touches.by_slave):
+        J[touch, :, turn] += _cross(rows.misclosure[touch])
+    return J
 
 
 def _touch_jacobian(
@@ -104,13 +123,10 @@ def _touch_jacobian(
 
 
 def _covariance(
-    state: State, touches: Touches, stage: Stage, by_reading: Float[Array, "touch 3 3"]
+    touches: Touches, stage: Stage, by_reading: Float[Array, "touch 3 3"]
 ) -> Float[Array, "coordinate coordinate"]:
-    """Covariance of the misclosures [m2]."""
+    """Covariance of the misclosures along the touching robots' axes [m2]."""
     n = len(touches)
-    turn = np.where(touches.by_slave[:, None, None], state.slave[:3, :3], np.eye(3))
-    tips = touches.tip_covariance.reshape(n, 3, n, 3)
-    tips = np.einsum("tiuk,ulk->tiul", np.einsum("tij,tjuk->tiuk", turn, tips), turn)
     groups, kinds = touches.reading_groups()
     sigma = np.array([stage.sigma_slide, stage.sigma_angle, stage.sigma_rod])
     by_group = np.zeros((n, 3, len(kinds)))
@@ -119,7 +135,7 @@ def _covariance(
             if column >= 0:
                 by_group[touch, :, column] = by_reading[touch, :, kind] * sigma[kind]
     spread = by_group.reshape(3 * n, -1)
-    return np.asarray(tips.reshape(3 * n, 3 * n) + spread @ spread.T)
+    return np.asarray(touches.tip_covariance + spread @ spread.T)
 
 
 def _level_rows(

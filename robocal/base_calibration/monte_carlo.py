@@ -106,7 +106,8 @@ def _residuals(
         touches.rod_reference,
     )
     cups = np.einsum("dtij,dtj->dti", stages[..., :3, :3], cups) + stages[..., :3, 3]
-    outside = np.einsum("dij,dtj->dti", slave[:, :3, :3], tips) + slave[:, None, :3, 3]
-    misclosure = np.where(touches.by_slave[:, None], outside, tips) - cups
+    # Along the touching robot's own axes, as the equations are weighed.
+    seen = np.einsum("dji,dtj->dti", slave[:, :3, :3], cups - slave[:, None, :3, 3])
+    misclosure = tips - np.where(touches.by_slave[:, None], seen, cups)
     root = solution.equations.touch_root
     return np.asarray(np.linalg.solve(root, misclosure.reshape(draws, -1).T).T)

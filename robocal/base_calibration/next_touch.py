@@ -86,8 +86,10 @@ def best_next_touch(
         return None
     candidates = candidates.only(reachable)
     placement = touches.n_placements - 1
-    before, after = predicted_uncertainty(solution, touches, stage, candidates, placement)
-    best = int(np.argmin(after))
+    prediction = predicted_uncertainty(solution, touches, stage, candidates)
+    # While a direction is open it alone makes the uncertainty, and hides how well a touch tells it.
+    score = prediction.volume if solution.null.shape[1] else prediction.after
+    best = int(np.argmin(score))
     readings = candidates.readings
     return Proposal(
         bool(candidates.by_slave[best]),
@@ -97,8 +99,8 @@ def best_next_touch(
         float(readings.length[best]),
         placement,
         candidates.tips[best],
-        before,
-        float(after[best]),
+        prediction.before,
+        float(prediction.after[best]),
     )
 
 
@@ -153,10 +155,22 @@ def _in_reach(candidates: Touches, touches: Touches, pair: Pair | None) -> Bool[
     return result
 
 
+@dataclass(frozen=True)
+class Prediction:
+    """How sure the slave's place would be after each candidate."""
+
+    before: float
+    """Position uncertainty over the slave's reach now, root mean square [m]."""
+    after: Float[Array, "touch"]
+    """The same after the touch [m]."""
+    volume: Float[Array, "touch"]
+    """Logarithm of the determinant of the slave's covariance after the touch."""
+
+
 def predicted_uncertainty(
-    solution: Solution, touches: Touches, stage: Stage, candidates: Touches, placement: int
-) -> tuple[float, Float[Array, "touch"]]:
-    """Slave's position uncertainty over its reach [m], now and after each candidate."""
+    solution: Solution, touches: Touches, stage: Stage, candidates: Touches
+) -> Prediction:
+    """What each candidate would do to the slave's covariance, by the linearised equations."""
     state = solution.state
     free = free_unknowns(state, stage)
     J = solution.equations.J[:, free]
@@ -177,7 +191,12 @@ def predicted_uncertainty(
     weight = np.array([1.0, 1.0, 1.0, *(2.0 / 3.0 * reach**2 * np.ones(3))])
     first = int(np.cumsum(free)[state.slave_columns.start]) - 1
     slave = slice(first, first + 6)
-    fallen = np.einsum("tis,tij,tjs->ts", seen[:, :, slave], gain, seen[:, :, slave])
-    now = np.diag(known)[slave]
-    after = np.clip(now - fallen, 0.0, None) @ weight
-    return float(np.sqrt(now @ weight)), np.asarray(np.sqrt(after))
+    fallen = np.einsum("tis,tij,tjr->tsr", seen[:, :, slave], gain, seen[:, :, slave])
+    now = known[slave, slave]
+    left = now - fallen
+    after = np.clip(np.einsum("tss->ts", left), 0.0, None) @ weight
+    return Prediction(
+        float(np.sqrt(np.diag(now) @ weight)),
+        np.asarray(np.sqrt(after)),
+        np.asarray(np.linalg.slogdet(left)[1]),
+    )

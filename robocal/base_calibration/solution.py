@@ -13,11 +13,12 @@ from robocal.base_calibration.state import State
 from robocal.base_calibration.touches import Touches
 from robocal.errors import NoAnswer
 
-_OPEN = 1e-7
+_OPEN = 1e-5
 """A direction with less than this share of the strongest singular value (columns scaled to length
-one) is open; exact ones leave 1e-13, the weakest real dependence that was met 1e-4; [1]"""
+one) is open; exact ones leave 1e-13, those that only a rod's sag of micrometres tells 1e-6, the
+weakest real dependence that was met 1e-4; [1]"""
 _MAX_ITERATIONS = 60
-_DONE = 1e-9
+_DONE = 1e-7
 """Stop when every unknown moves by less than this share of its standard deviation; [1]"""
 
 

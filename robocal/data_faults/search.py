@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robocal.data_faults.campaign_view import View, file_order, on_main_target, view_of
+from robocal.data_faults.campaign_view import LEAST_ROWS, View, file_order, on_main_target, view_of
 from robocal.data_faults.hypotheses import (
     CERTAINLY_CLEAN,
     Candidate,
@@ -18,10 +18,13 @@ from robocal.data_faults.predicted_points import predict_points
 from robocal.data_faults.rows import SHIFTS, find_row_slips, partners
 from robocal.data_faults.slip import Slip, mend
 from robocal.data_faults.tool_rotation import fit_orientations, misfit_as_written
-from robocal.errors import NoAnswer
+from robocal.errors import BadInput, NoAnswer
 from robocal.formats.bundle import Bundle
+from robocal.progress import tell
 
 _ROWS = 200
+_SAME_JOINTS = 4
+"""Decimals of joint readings that tell poses apart [rad or m]; [1]"""
 _LEAST_POSES = 5
 _DOUBTFUL_ANGLE = 0.15
 """Orientations that miss by more are not those of this target [rad]"""
@@ -37,6 +40,8 @@ def find_slips(bundle: Bundle) -> tuple[Slip, ...]:
 
     Raises
     ------
+    BadInput
+        If the points stay the same while the joints move.
     NoAnswer
         If the data do not fit this robot, and no slip that is known explains it.
 
@@ -44,9 +49,11 @@ def find_slips(bundle: Bundle) -> tuple[Slip, ...]:
     ----------
     .. [1] docs/data_faults.md lists what is tried and how surely it is named.
     """
+    _refuse_stuck_points(bundle)
     view = view_of(bundle)
     if view is None:
         return ()
+    tell("slips of convention")
     written = as_written(view.evenly(_ROWS))
     explanations = _explain_points(bundle, view, written)
     row_slips = _row_slips(bundle, explanations[0])
@@ -57,6 +64,20 @@ def find_slips(bundle: Bundle) -> tuple[Slip, ...]:
         in_order = mend(bundle, row_slips)
     ways = _explain_poses(in_order, explanations)
     return (*row_slips, *with_rivals(ways))
+
+
+def _refuse_stuck_points(bundle: Bundle) -> None:
+    """Complain where one point stands beside many joints: such points fit an arm without length."""
+    rows = bundle.measurements
+    chosen = on_main_target(bundle) & np.isfinite(rows.position).all(axis=1)
+    poses = len(np.unique(np.round(rows.joints[chosen], _SAME_JOINTS), axis=0))
+    points = len(np.unique(rows.position[chosen], axis=0))
+    if poses >= LEAST_ROWS and 2 * points < poses:
+        raise BadInput(
+            "measurements.csv",
+            f"has only {points} point{'s' * (points > 1)} at {poses} different poses, the same to "
+            "the last digit: the instrument did not read anew, or x_mm, y_mm, z_mm are not its",
+        )
 
 
 def _explain_points(bundle: Bundle, view: View, written: Explanation) -> tuple[Explanation, ...]:

@@ -1,5 +1,6 @@
 """How sure a name is: posterior over all causes for the place of one effect, given the others."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,13 +8,18 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Instance
 from robocal.diagnosis.evidence import log_sum_exp
+from robocal.diagnosis.group import Group
 from robocal.diagnosis.linearised import Linearised
+from robocal.diagnosis.refine import refine
 from robocal.diagnosis.screen import screen
+from robocal.diagnosis.unlisted import Block, Unlisted, weigh
 
 P_NONE = 0.5
 """Prior probability that nothing more acts; [1]"""
 STATED = 0.95
 """Probability of the stated set of causes; [1]"""
+UNLISTED = 0.5
+"""Probability from which a cause counts as one outside the catalogue; [1]"""
 _LEAST = 0.005
 """Causes less probable than this are not listed; [1]"""
 
@@ -39,6 +45,10 @@ class Naming:
     """Most probable first; together they hold at least `STATED`."""
     none: float
     """Probability that nothing acts there."""
+    unlisted: float = 0.0
+    """Probability of a cause outside the catalogue."""
+    moved_by: Unlisted | None = None
+    """What that cause most probably goes with."""
 
     @property
     def stated(self) -> tuple[Cause, ...]:
@@ -59,7 +69,7 @@ def itself_or_nothing(instance: Instance, evidence: float) -> Naming:
     return Naming((Cause(instance, 1.0 - none),), none)
 
 
-def name_cause(rows: Circumstances, rest: Linearised) -> Naming:
+def name_cause(rows: Circumstances, rest: Linearised, beside: Sequence[Block] = ()) -> Naming:
     """Posterior over the catalogue for the place of one effect.
 
     Parameters
@@ -67,26 +77,37 @@ def name_cause(rows: Circumstances, rest: Linearised) -> Naming:
     rows
         Circumstances of the rows of `rest`.
     rest
-        The fit as it stands without the effect (`select.without`).
+        The fit as it stands without the effect (`JointFit.without`).
+    beside
+        What causes outside the catalogue may look like, with the columns of `rest`.
     """
     groups = screen(rows, rest, rest.r[:, None])
     n_families = len({group.effect for group in groups})
     strengths: dict[tuple[str, int | None], list[float]] = {}
-    best: dict[tuple[str, int | None], tuple[float, Instance]] = {}
+    best: dict[tuple[str, int | None], tuple[float, Group, int]] = {}
     for group in groups:
         weighted = group.weighted[:, 0]
         key = (group.effect, group.joint)
         strengths.setdefault(key, []).append(log_sum_exp(weighted) - np.log(n_families))
         top = int(np.argmax(weighted))
         if key not in best or weighted[top] > best[key][0]:
-            best[key] = (float(weighted[top]), group.candidate(top))
+            best[key] = (float(weighted[top]), group, top)
     logs = {key: log_sum_exp(np.array(values)) for key, values in strengths.items()}
     odds = np.log((1.0 - P_NONE) / P_NONE)
-    everything = np.array([0.0, *(value + odds for value in logs.values())])
+    outside = weigh(beside, rest)
+    everything = np.array([
+        0.0,
+        *(value + odds for value in logs.values()),
+        *(one.log_bf + odds for one in outside),
+    ])
     total = log_sum_exp(everything)
+    probabilities = {key: float(np.exp(value + odds - total)) for key, value in logs.items()}
+    least = min(_LEAST, max(probabilities.values()))
     causes = [
-        Cause(best[key][1], float(np.exp(value + odds - total))) for key, value in logs.items()
+        Cause(refine(rows, rest, *best[key][1:]), probability)
+        for key, probability in probabilities.items()
+        if probability >= least
     ]
-    causes = [cause for cause in causes if cause.probability >= _LEAST]
     causes.sort(key=lambda cause: -cause.probability)
-    return Naming(tuple(causes), float(np.exp(-total)))
+    unlisted = sum(float(np.exp(one.log_bf + odds - total)) for one in outside)
+    return Naming(tuple(causes), float(np.exp(-total)), unlisted, outside[0] if outside else None)

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from robocal.kinematics.forward import walk
+from robocal.kinematics.forward import Columns, walk
 from robocal.kinematics.model import KinematicModel
 from robocal.measurements import MeasurementSet
 from robocal.robots.robot import LinkMass, Robot
@@ -126,6 +126,24 @@ class Circumstances:
         hand = tool.p + tool.x * t[0] + tool.y * t[1] + tool.z * t[2]
         return axes, points, hand
 
+    @cached_property
+    def tool_axes(self) -> tuple[Float[Array, "3 row"], ...]:
+        """Axes of the nominal flange, in the robot base."""
+        flange = self._frame_after(self.n_joints).then(self.robot.geometry.flange)
+        return flange.x, flange.y, flange.z
+
+    def axes_before(self, joint: int) -> tuple[Float[Array, "3 row"], ...]:
+        """The nominal x and y that a joint (from 1) turns from, in the robot base."""
+        frame = self._frame_after(joint - 1)
+        return tuple(np.broadcast_to(axis, (3, len(self))) for axis in (frame.x, frame.y))
+
+    def _frame_after(self, count: int) -> Columns:
+        geometry = self.robot.geometry
+        part = KinematicModel(
+            geometry.links[:count], geometry.prismatic[:count], mount=geometry.mount
+        )
+        return walk(part, self.joints[:, :count])[0]
+
     @property
     def hand(self) -> Float[Array, "3 row"]:
         """Where the payload is thought to hang, in the robot base [m]."""
@@ -163,13 +181,9 @@ class Circumstances:
     def link_centres(self) -> list[tuple[float, Float[Array, "3 row"]]]:
         """Mass and centre of every link in the robot base [kg, m]."""
         masses = self.robot.masses or (LinkMass(0.0, (0.0, 0.0, 0.0)),) * self.n_joints
-        geometry = self.robot.geometry
         centres = []
         for link, entry in enumerate(masses):
-            part = KinematicModel(
-                geometry.links[: link + 1], geometry.prismatic[: link + 1], mount=geometry.mount
-            )
-            frame, _ = walk(part, self.joints[:, : link + 1])
+            frame = self._frame_after(link + 1)
             x, y, z = entry.centre
             centre = frame.p + frame.x * x + frame.y * y + frame.z * z
             centres.append((entry.mass, np.broadcast_to(centre, (3, len(self)))))
@@ -181,11 +195,8 @@ class Circumstances:
         geometry = self.robot.geometry
         lengths = np.hypot(geometry.links[:, 1], geometry.links[:, 2])
         places = {}
-        for link in np.flatnonzero(lengths > _LONG * lengths.max()):
-            part = KinematicModel(
-                geometry.links[: link + 1], geometry.prismatic[: link + 1], mount=geometry.mount
-            )
-            frame, _ = walk(part, self.joints[:, : link + 1])
+        for link in np.flatnonzero(lengths > _LONG * lengths.max()).tolist():
+            frame = self._frame_after(link + 1)
             places[str(link + 1)] = np.asarray(np.broadcast_to(frame.p, (3, len(self))))
         return {**places, TIP: self.hand}
 
@@ -217,6 +228,11 @@ class Circumstances:
             arm = centre - point
             total = total + np.cross(arm, np.broadcast_to(force * mass, arm.shape), axis=0)
         return np.asarray(total)
+
+    def weight_behind(self, behind: int) -> Float[Array, "3 row"]:
+        """Weight of the payload and of the links behind link `behind` [N]."""
+        mass = np.nan_to_num(self.payload) + sum(m for m, _ in self.link_centres[behind + 1 :])
+        return np.asarray(self.gravity[:, None] * (_G * mass))
 
     @cached_property
     def reach(self) -> Float[Array, "row"]:

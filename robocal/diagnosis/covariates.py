@@ -13,13 +13,14 @@ from numpy import ndarray as Array
 from scipy.special import betainc
 
 from robocal.diagnosis.circumstances import Circumstances
-from robocal.diagnosis.effect import base_index, theta, tool_index
+from robocal.diagnosis.effect import Moves, base_index, theta, tool_index
 from robocal.diagnosis.evidence import chi_square
 from robocal.diagnosis.linearised import Linearised
 
 SIGNIFICANT = 4e-4
 """Chance per block that counts as a dependence; [1]"""
-_SWAYS = 12
+ORIENTATION = "tool_orientation"
+SWAYS = 12
 """Half periods of a slow sway over the campaign; [1]"""
 
 
@@ -35,7 +36,8 @@ def dependences(rows: Circumstances, fit: Linearised) -> list[Dependence]:
     """Every covariate with its p-value, strongest first."""
     found = []
     blocks = [(name, _block(rows, fit, basis)) for name, basis in _bases(rows).items()]
-    blocks.append((_clock(rows), _sway(rows, fit)))
+    blocks.append((clock(rows), _sway(rows, fit)))
+    blocks.append((ORIENTATION, fit.columns(seen_askew(rows))))
     for name, X in blocks:
         X = X - fit.basis @ (fit.basis.T @ X)
         statistic = float(chi_square(X.T @ X, X.T @ fit.r))
@@ -51,17 +53,38 @@ def dependences(rows: Circumstances, fit: Linearised) -> list[Dependence]:
     return sorted(strongest.values(), key=lambda dependence: dependence.p_value)
 
 
-def _clock(rows: Circumstances) -> str:
+def clock(rows: Circumstances) -> str:
+    """What time is called."""
     return "t_s" if rows.timed else "row"
 
 
 def _sway(rows: Circumstances, fit: Linearised) -> Float[Array, "scalar column"]:
     """The base shifted to and fro with time, faster than a drift."""
-    share = (rows.time - rows.time.min()) / (np.ptp(rows.time) or 1.0)
-    waves = np.cos(np.pi * np.outer(share, np.arange(1, _SWAYS + 1)))
     base = base_index(rows)
-    columns = fit.W[base : base + 3].T[:, :, None] * waves[fit.row][:, None, :]
+    columns = fit.W[base : base + 3].T[:, :, None] * sways(rows)[fit.row][:, None, :]
     return np.asarray(columns.reshape(len(fit.row), -1))
+
+
+def sways(rows: Circumstances) -> Float[Array, "row wave"]:
+    """Cosines of 1, 2 ... `SWAYS` half periods over the campaign."""
+    share = (rows.time - rows.time.min()) / (np.ptp(rows.time) or 1.0)
+    return np.cos(np.pi * np.outer(share, np.arange(1, SWAYS + 1)))
+
+
+def waves(reading: Float[Array, "row"]) -> Float[Array, "row 4"]:
+    """Once and twice a turn."""
+    return np.stack(
+        [np.cos(reading), np.sin(reading), np.cos(2 * reading), np.sin(2 * reading)], axis=1
+    )
+
+
+def seen_askew(rows: Circumstances) -> Moves:
+    """The target seems to move along the beam as it turns away from the instrument."""
+    length = np.linalg.norm(rows.position, axis=1, keepdims=True)
+    beam = (rows.position / np.maximum(length, 1e-9)) @ rows.base_rotation
+    facing = np.stack([(beam * axis.T).sum(axis=1) for axis in rows.tool_axes], axis=1)
+    base = base_index(rows)
+    return {base + axis: beam[:, axis : axis + 1] * facing for axis in range(3)}
 
 
 def _bases(rows: Circumstances) -> dict[str, Float[Array, "row function"]]:
@@ -70,16 +93,14 @@ def _bases(rows: Circumstances) -> dict[str, Float[Array, "row function"]]:
     for joint, (unit, reading) in enumerate(
         zip(rows.robot.joint_units, rows.joints.T, strict=True), start=1
     ):
-        bases[f"j{joint}_{unit}"] = np.stack(
-            [np.cos(reading), np.sin(reading), np.cos(2 * reading), np.sin(2 * reading)], axis=1
-        )
+        bases[f"j{joint}_{unit}"] = waves(reading)
     for joint, direction in enumerate(np.nan_to_num(rows.approach).T, start=1):
         if np.ptp(direction) > 0:
             bases[f"approach{joint}"] = direction[:, None]
     for joint, move in enumerate((rows.joints - rows.previous).T, start=1):
         if np.ptp(move) > 0:
             bases[f"move{joint}"] = move[:, None]
-    bases[_clock(rows)] = _powers(rows.time)
+    bases[clock(rows)] = scaled_powers(rows.time)
     for name, values in (
         ("temperature_degc", rows.temperature),
         ("payload_kg", rows.payload),
@@ -88,11 +109,11 @@ def _bases(rows: Circumstances) -> dict[str, Float[Array, "row function"]]:
         ("reach_mm", rows.reach),
     ):
         if np.isfinite(values).all() and np.ptp(values) > 0:
-            bases[name] = _powers(values)
+            bases[name] = scaled_powers(values)
     return bases
 
 
-def _powers(values: Float[Array, "row"]) -> Float[Array, "row 2"]:
+def scaled_powers(values: Float[Array, "row"]) -> Float[Array, "row 2"]:
     """First and second power of values brought to [-1, 1]."""
     span = np.ptp(values)
     scaled = 2.0 * (values - values.min()) / (span if span > 0 else 1.0) - 1.0

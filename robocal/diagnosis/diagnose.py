@@ -12,6 +12,7 @@ from robocal.calibrated import CalibratedRobot, Provenance
 from robocal.data_faults.search import find_slips
 from robocal.data_faults.slip import mend
 from robocal.diagnosis.catalogue import EFFECTS
+from robocal.diagnosis.causes import STATED, UNLISTED
 from robocal.diagnosis.circumstances import Circumstances, Reference, circumstances
 from robocal.diagnosis.covariates import SIGNIFICANT, Dependence, dependences
 from robocal.diagnosis.diagnosis import (
@@ -21,6 +22,7 @@ from robocal.diagnosis.diagnosis import (
     RowResiduals,
     Verdict,
 )
+from robocal.diagnosis.effect import Instance
 from robocal.diagnosis.gain import gain_of
 from robocal.diagnosis.joint_fit import JointFit, fit_jointly
 from robocal.diagnosis.judged_effects import judge_effects
@@ -86,8 +88,13 @@ def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
     most = _MOST_LARGE if len(rows) > _MANY_ROWS else _MOST_SMALL
     limits = Limits(_threshold(rows, geometric), most)
     found = select_effects(solution.problem, solution.fit.cell, rows, limits)
-    steps = _without_doubtful(targets, solution, Steps(rows, fitted, geometric, found))
-    return replace(_diagnosis(bundle, targets, solution, steps, provenance), slips=slips)
+    steps = Steps(rows, fitted, geometric, found)
+    effects = _judge(targets, steps)
+    doubtful = _doubtful(effects)
+    if doubtful:
+        steps = _without(doubtful, solution, steps)
+        effects = _judge(targets, steps)
+    return replace(_diagnosis(bundle, targets, solution, steps, effects, provenance), slips=slips)
 
 
 @dataclass(frozen=True)
@@ -108,20 +115,27 @@ class Steps:
     found: JointFit
 
 
-def _without_doubtful(targets: Targets, solution: Solution, steps: Steps) -> Steps:
-    """Leave out effects that probably are something else and gain nothing on left-out blocks."""
+def _judge(targets: Targets, steps: Steps) -> list[NamedEffect]:
     judged = _judged(targets, steps)
-    effects = judge_effects(targets, steps.fitted, judged, steps.geometric, steps.found)
-    doubtful = {
+    return judge_effects(targets, steps.fitted, judged, steps.geometric, steps.found)
+
+
+def _doubtful(effects: list[NamedEffect]) -> set[Instance]:
+    """Effects that probably are something else and gain nothing on left-out blocks."""
+    if len(effects) == 1:
+        return set()
+    return {
         fitted.instance
         for effect in effects
         if effect.probability < _DOUBTFUL and effect.in_sample_only
         for fitted in (effect.fitted, *effect.form_corrections)
     }
-    if not doubtful or len(effects) == 1:
-        return steps
+
+
+def _without(left_out: set[Instance], solution: Solution, steps: Steps) -> Steps:
+    """The model fitted again without some effects."""
     found = steps.found
-    kept = tuple(f.instance for f in found.effects if f.instance not in doubtful)
+    kept = tuple(f.instance for f in found.effects if f.instance not in left_out)
     again = fit_jointly(solution.problem, found.cell, steps.rows, kept, found.effects)
     return replace(steps, found=again)
 
@@ -149,23 +163,29 @@ def _threshold(rows: Circumstances, geometric: JointFit) -> float:
     """Null threshold, from some of the rows where there are many: their number hardly matters."""
     few = evenly(len(rows), _NULL_ROWS)
     part = geometric.fit.some_rows(few)
-    return null_threshold(rows.rows(few), part, FALSE_ALARM, _NULL_DRAWS, seed=1)
+    chance = null_threshold(rows.rows(few), part, FALSE_ALARM, _NULL_DRAWS, seed=1)
+    # At evidence below zero nothing is still the more probable.
+    return max(chance, 0.0)
 
 
 def _diagnosis(
-    bundle: Bundle, targets: Targets, solution: Solution, steps: Steps, provenance: Provenance
+    bundle: Bundle,
+    targets: Targets,
+    solution: Solution,
+    steps: Steps,
+    effects: list[NamedEffect],
+    provenance: Provenance,
 ) -> Diagnosis:
     rows, geometric, found = steps.rows, steps.geometric, steps.found
     measured = targets.measured
     held_out = measured.held_out
     judged = _judged(targets, steps)
     before, after = targets.with_all(geometric), targets.with_all(found)
-    depends = _dependences(solution, rows, found)
+    depends = _once((*_outside(effects), *_dependences(solution, rows, found)))
     adequacy = judge(found.chi_square, found.nu)
-    effects = judge_effects(targets, steps.fitted, judged, geometric, found)
     floor = bundle.instrument.position_std(np.nan_to_num(measured.position[judged]))
     return Diagnosis(
-        verdict=_verdict(found, adequate=adequacy.adequate and not depends),
+        verdict=_verdict(found, adequate=adequacy.leaves_noise_alone and not depends),
         geometry_adequacy=judge(geometric.chi_square, geometric.nu),
         lack_of_fit_p=float(gammaincc(geometric.nu / 2.0, geometric.chi_square / 2.0)),
         adequacy=adequacy,
@@ -201,6 +221,19 @@ def _dependences(
     return tuple(dependence for dependence in depends if dependence.p_value < SIGNIFICANT)
 
 
+def _outside(effects: list[NamedEffect]) -> list[Dependence]:
+    """What the causes go with that most probably are outside the catalogue."""
+    moved_by = [e.naming.moved_by for e in effects if e.naming.unlisted > UNLISTED]
+    return [Dependence(one.covariate, one.p_value) for one in moved_by if one is not None]
+
+
+def _once(depends: tuple[Dependence, ...]) -> tuple[Dependence, ...]:
+    """Every covariate once, the strongest first."""
+    ordered = sorted(depends, key=lambda dependence: dependence.p_value)
+    strongest = {dependence.covariate: dependence for dependence in reversed(ordered)}
+    return tuple(sorted(strongest.values(), key=lambda dependence: dependence.p_value))
+
+
 def _outliers(lines: Array, solution: Solution) -> tuple[RejectedRow, ...]:
     """Rows that were left out, by their lines of the file."""
     return tuple(
@@ -217,13 +250,19 @@ def _verdict(found: JointFit, *, adequate: bool) -> Verdict:
 
 def _next_poses(rows: Circumstances, found: JointFit, effects: list[NamedEffect]) -> NextPoses:
     """For the effect whose name is least sure."""
-    nothing = np.zeros((0, rows.n_joints))
-    unsure = [effect for effect in effects if len(effect.naming.stated) > 1]
+    unsure = [
+        effect
+        for effect in effects
+        # Poses split causes that have a name.
+        if effect.naming.causes[0].probability < STATED and effect.goes_with is None
+    ]
     if not unsure:
-        return NextPoses(nothing, nothing, None, ())
+        nothing = np.zeros((0, rows.n_joints))
+        return NextPoses(nothing, nothing, np.zeros(0), None, ())
     least = min(unsure, key=lambda effect: effect.naming.causes[0].probability)
-    first, second = least.naming.causes[:2]
-    return split_causes(rows, found, (first, second))
+    own = {fitted.instance for fitted in (least.fitted, *least.form_corrections)}
+    positions = tuple(k for k, fitted in enumerate(found.effects) if fitted.instance in own)
+    return split_causes(rows, found, positions, least.naming)
 
 
 def _calibrated(
@@ -233,7 +272,10 @@ def _calibrated(
     n_free = len(found.fit.free)
     covariance = np.zeros((len(found.cell.names), len(found.cell.names)))
     covariance[np.ix_(found.fit.free, found.fit.free)] = found.covariance[:n_free, :n_free]
-    n = model.n_parameters
+    n, n_named = model.n_parameters, len(found.cell.names)
+    own = found.covariance[n_free:]
+    among = np.zeros((len(own), n_named))
+    among[:, found.fit.free] = own[:, :n_free]
     return CalibratedRobot(
         bundle.robot,
         model.with_frames_as_origin(),
@@ -242,6 +284,9 @@ def _calibrated(
         provenance,
         effects=found.effects,
         reference=reference,
+        targets=found.cell.targets,
+        tool_known=bundle.tool_known,
+        coefficient_covariance=np.concatenate([among[:, :n], own[:, n_free:]], axis=1),
     )
 
 

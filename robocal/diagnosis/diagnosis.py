@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
 from robocal.data_faults.slip import Slip
-from robocal.diagnosis.causes import Naming
+from robocal.diagnosis.causes import UNLISTED, Naming
 from robocal.diagnosis.covariates import Dependence
 from robocal.diagnosis.extended import FittedEffect
 from robocal.diagnosis.gain import Gain
@@ -47,6 +47,13 @@ class NamedEffect:
         return self.blocked_gain.ci95[0] <= 0.0
 
     @property
+    def goes_with(self) -> str | None:
+        """The covariate of a cause outside the catalogue, where that is the most probable one."""
+        naming = self.naming
+        outside = naming.unlisted > UNLISTED and naming.moved_by is not None
+        return naming.moved_by.covariate if outside and naming.moved_by else None
+
+    @property
     def probability(self) -> float:
         """Of the named effect and joint."""
         key = (self.fitted.instance.effect, self.fitted.instance.joint)
@@ -69,6 +76,8 @@ class NextPoses:
 
     q: Float[Array, "pose joint"]
     approach: Float[Array, "pose joint"]
+    payload: Float[Array, "pose"]
+    """[kg]; NaN where it does not matter or was never changed."""
     between: tuple[str, str] | None
     """The two causes they are chosen for; None where nothing is ambiguous."""
     words: tuple[str, ...]

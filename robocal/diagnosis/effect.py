@@ -7,7 +7,7 @@ station the base. So one Jacobian serves all, and a model with effects predicts 
 kinematics with parameters of its own for every row.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -26,8 +26,8 @@ class Coefficient:
 
     name: str
     """With its unit: `compliance_rad_per_nm`."""
-    prior_std: float
-    """Physical size, one standard deviation about zero."""
+    prior_std: float = field(compare=False)
+    """Physical size, one standard deviation about zero; how large it may be is not what it is."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +55,21 @@ class Instance:
     @property
     def title(self) -> str:
         """For people: `gear_harmonic J2 order 100`."""
-        parts = [self.effect]
-        if self.joint is not None:
-            parts.append(f"J{self.joint}")
-        parts += [f"{name} {value:.4g}" for name, value in self.arguments]
-        return " ".join(parts)
+        joint = () if self.joint is None else (f"J{self.joint}",)
+        return " ".join((self.effect, *joint, *self.details))
+
+    @property
+    def details(self) -> tuple[str, ...]:
+        """The arguments for people."""
+        given = dict(self.arguments)
+        line, before = given.get("line"), given.pop("last_line_before", None)
+        texts = {name: f"{name} {value:.4g}" for name, value in given.items()}
+        if line is not None:
+            gap = before is not None and before < line - 1
+            texts["line"] = (
+                f"between lines {before:.0f} and {line:.0f}" if gap else f"line {line:.0f}"
+            )
+        return tuple(texts.values())
 
 
 @runtime_checkable

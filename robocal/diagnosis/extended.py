@@ -38,6 +38,18 @@ def moves_of(rows: Circumstances, effects: tuple[FittedEffect, ...]) -> Moves:
     return total
 
 
+def coefficient_shifts(
+    J: Float[Array, "row parameter 3"], rows: Circumstances, effects: tuple[FittedEffect, ...]
+) -> Float[Array, "row coefficient 3"]:
+    """How the target moves with every coefficient, given how it moves with every parameter."""
+    parts = []
+    for fitted in effects:
+        moves = EFFECTS[fitted.instance.effect].moves(rows, fitted.instance)
+        shifts = (D[:, :, None] * J[:, parameter, None] for parameter, D in moves.items())
+        parts.append(sum(shifts, np.zeros((len(J), len(fitted.values), 3))))
+    return np.concatenate(parts, axis=1)
+
+
 def predict(
     model: KinematicModel, rows: Circumstances, effects: tuple[FittedEffect, ...]
 ) -> Columns:

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from robocal.diagnosis.effect import Instance
-from robocal.diagnosis.evidence import chi_square, log_bayes_factor
+from robocal.diagnosis.evidence import chi_square
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,12 @@ class Group:
     @property
     def log_bf(self) -> Float[Array, "candidate residual"]:
         """Log Bayes factors against nothing more."""
-        return log_bayes_factor(self.M[:, None], self.b, self.prior_std[:, None])
+        # One inverse a candidate serves all residuals.
+        scaled = self.M * self.prior_std[:, :, None] * self.prior_std[:, None, :]
+        inner = np.eye(self.M.shape[-1]) + scaled
+        score = self.b * self.prior_std[:, None]
+        fit = ((score @ np.linalg.inv(inner)) * score).sum(axis=-1)
+        return np.asarray(0.5 * (fit - np.linalg.slogdet(inner)[1][:, None]))
 
     @property
     def chi_square(self) -> Float[Array, "candidate residual"]:

@@ -103,6 +103,22 @@ class JointFit:
             first = part.stop
         return np.array(found)
 
+    def without(self, fit: Linearised, *positions: int) -> Linearised:
+        """The linear fit as it would stand without some effects, the rest refitted.
+
+        Parameters
+        ----------
+        fit
+            `judged`, or some rows of it.
+        positions
+            Of the effects.
+        """
+        extra = self.columns_without(*positions)[len(fit.free) :]
+        values = np.concatenate([fitted.values for fitted in self.effects])
+        rest = replace(fit, more=fit.more[:, extra], more_precision=fit.more_precision[extra])
+        r = fit.r + fit.more[:, ~extra] @ values[~extra]
+        return replace(rest, r=r - rest.basis @ (rest.basis.T @ r))
+
     @cached_property
     def judged(self) -> Linearised:
         """Linear algebra in units of that noise."""

@@ -12,9 +12,10 @@ from robocal.diagnosis.form_corrections import causes_and_forms
 from robocal.diagnosis.gain import blocks_of, gain_of
 from robocal.diagnosis.joint_fit import JointFit
 from robocal.diagnosis.left_out import LeftOut
-from robocal.diagnosis.select import without
 from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import chosen_rows, evenly
+from robocal.diagnosis.unlisted import blocks
+from robocal.progress import counted
 
 _MOST_NAMED = 10
 """Effects, the largest first, whose place is weighed against the whole catalogue; [1]"""
@@ -68,13 +69,14 @@ def judge_effects(
     evidence = found.evidence_of_effects()
     seen = targets.some(judged)
     after = seen.with_all(found)
+    beside = blocks(some, some_fit)
     named = []
-    for rank, index in enumerate(order):
+    for rank, index in enumerate(counted("causes judged", order, len(order))):
         group, (sizes, drop) = groups[index], without_group[index]
         main = found.effects[group[0]]
         less = seen.without(found, group)
         naming = (
-            name_cause(some, without(found, some_fit, *group))
+            name_cause(some, found.without(some_fit, *group), beside)
             if rank < _MOST_NAMED
             else itself_or_nothing(main.instance, float(evidence[group[0]]))
         )

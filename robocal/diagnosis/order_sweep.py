@@ -12,6 +12,7 @@ References
 """
 
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -115,8 +116,7 @@ def fourier_sums(
     columns = np.repeat(np.arange(len(angle)), _WIDTH)
     index = np.remainder(offsets, n).astype(int).ravel()
     grid = csr_array((spread.ravel(), (index, columns)), shape=(n, len(angle))) @ values
-    modes = np.arange(last + 1)
-    return np.asarray(np.conj(rfft(grid, axis=0)[: last + 1]) / _transform(modes, n)[:, None])
+    return np.asarray(np.conj(rfft(grid, axis=0)[: last + 1]) / _transform(last, n)[:, None])
 
 
 def _kernel(z: Float[Array, "*some"]) -> Float[Array, "*some"]:
@@ -124,8 +124,10 @@ def _kernel(z: Float[Array, "*some"]) -> Float[Array, "*some"]:
     return np.asarray(np.exp(2.3 * _WIDTH * (np.sqrt(np.maximum(1.0 - z * z, 0.0)) - 1.0)))
 
 
-def _transform(modes: Array, n: int) -> Float[Array, "mode"]:
-    """The kernel's own Fourier transform at the modes, by Gauss's quadrature."""
+@lru_cache(maxsize=64)
+def _transform(last: int, n: int) -> Float[Array, "mode"]:
+    """The kernel's own Fourier transform at the modes up to `last`, by Gauss's quadrature."""
+    modes = np.arange(last + 1)
     nodes, weights = np.polynomial.legendre.leggauss(4 * _WIDTH)
     waves = np.cos(np.outer(modes, nodes * (np.pi * _WIDTH / n)))
     return np.asarray(waves @ (weights * _kernel(nodes)) * (_WIDTH / 2))

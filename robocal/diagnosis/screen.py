@@ -19,6 +19,7 @@ from robocal.diagnosis.group import Group, listed
 from robocal.diagnosis.linearised import Linearised
 from robocal.diagnosis.order_sweep import sweep_orders
 from robocal.diagnosis.step_sweep import STEPS, sweep_steps
+from robocal.progress import tell
 
 _SEARCHED_SHARE = 0.3
 """Prior share of gear harmonics at orders that are not 1 or 2; [1]"""
@@ -100,6 +101,7 @@ def null_threshold(
     Estimated from simulated residuals, projected like real ones; the upper tail is taken as
     exponential beyond its upper tenth, so that few draws give a steady figure.
     """
+    tell("what noise alone would show")
     z = np.random.default_rng(seed).normal(size=(len(fit.r), draws))
     z -= fit.basis @ (fit.basis.T @ z)
     evidence = np.sort(total_evidence(screen(rows, fit, z)))

@@ -13,16 +13,17 @@ from numpy import ndarray as Array
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Instance
-from robocal.diagnosis.effects.gear_harmonic import GearHarmonic
-from robocal.diagnosis.evidence import log_bayes_factor, log_sum_exp
+from robocal.diagnosis.evidence import log_sum_exp
+from robocal.diagnosis.exchange import exchange_effects
 from robocal.diagnosis.group import Group
 from robocal.diagnosis.joint_fit import JointFit, fit_jointly
 from robocal.diagnosis.linearised import Linearised
-from robocal.diagnosis.order_sweep import score_orders
+from robocal.diagnosis.refine import refine
 from robocal.diagnosis.screen import screen, total_evidence
 from robocal.diagnosis.thinning import evenly
 from robocal.identification.cell_model import CellModel
 from robocal.identification.strategy import Problem
+from robocal.progress import tell
 
 _ALIKE = 0.3
 """Candidates of one round must be less alike than this (cosine after projection); [1]"""
@@ -32,8 +33,8 @@ _MOST_SCREENED = 2000
 """Rows that choose; more are thinned out evenly; [1]"""
 _ROUNDS_ON_ALL = 2
 """Rounds of selection on all rows after that; [1]"""
-_SEARCHED = 3
-"""A group of harmonics with so many candidates is a grid of orders; [1]"""
+_EXCHANGES = 2
+"""Times that an exchange of effects may be followed by further selection; [1]"""
 _CERTAIN = 30.0
 """Only rounds with this much evidence take several candidates at once; [1]"""
 
@@ -60,6 +61,11 @@ def select_effects(
     some = replace(problem, rows=problem.rows.choose(few))
     some_rows = rows.rows(few)
     found = _grow(some, some_rows, fit_jointly(some, start, some_rows, ()), limits, limits.most)
+    for _ in range(_EXCHANGES):
+        exchanged = exchange_effects(some, some_rows, found)
+        if exchanged is found:
+            break
+        found = _grow(some, some_rows, exchanged, limits, limits.most)
     if few.all():
         return found
     instances = tuple(fitted.instance for fitted in found.effects)
@@ -73,6 +79,7 @@ def _grow(
     """Forward with a joint fit after each round, and a backward look at every effect."""
     refused: set[Instance] = set()
     for _ in range(rounds):
+        tell("causes chosen", len(found.effects))
         room = limits.most - len(found.effects)
         fit = found.judged
         groups = screen(rows, fit, fit.r[:, None])
@@ -93,32 +100,13 @@ def _grow(
     return found
 
 
-def without(found: JointFit, fit: Linearised, *positions: int) -> Linearised:
-    """The linear fit as it would stand without some effects, the rest refitted.
-
-    Parameters
-    ----------
-    found
-        The model.
-    fit
-        `found.judged`, or some rows of it.
-    positions
-        Of the effects.
-    """
-    extra = found.columns_without(*positions)[len(fit.free) :]
-    values = np.concatenate([fitted.values for fitted in found.effects])
-    rest = replace(fit, more=fit.more[:, extra], more_precision=fit.more_precision[extra])
-    r = fit.r + fit.more[:, ~extra] @ values[~extra]
-    return replace(rest, r=r - rest.basis @ (rest.basis.T @ r))
-
-
 def _still_needed(found: JointFit, threshold: float) -> tuple[Instance, ...]:
     """Effects that stand up when judged given all the others."""
     evidence = found.evidence_of_effects()
     return tuple(
         fitted.instance
         for fitted, strength in zip(found.effects, evidence, strict=True)
-        if strength > max(threshold, 0.0)
+        if strength > threshold
     )
 
 
@@ -142,27 +130,3 @@ def _best(rows: Circumstances, fit: Linearised, groups: list[Group]) -> list[Ins
             chosen.append(instance)
             directions.append(direction)
     return chosen
-
-
-def refine(rows: Circumstances, fit: Linearised, group: Group, best: int) -> Instance:
-    """The best candidate of a group, its order refined between the points of the grid."""
-    instance = group.candidate(best)
-    effect = EFFECTS[instance.effect]
-    if not isinstance(effect, GearHarmonic) or len(group.b) < _SEARCHED or instance.joint is None:
-        return instance
-    first, second = (group.candidate(position).argument("order") for position in (0, 1))
-    width = second - first
-    fine = instance.argument("order") + np.linspace(-width, width, 41)
-    fine = fine[fine > 0.25 * first]
-    M, b = score_orders(rows, fit, instance.joint, fine)
-    evidence = log_bayes_factor(M, b, instance.prior_std[None])
-    return effect.at(instance.joint, _plain(float(fine[int(np.argmax(evidence))]), fine, evidence))
-
-
-def _plain(order: float, fine: Float[Array, "order"], evidence: Float[Array, "order"]) -> float:
-    """A whole number where the data cannot tell it from the best order."""
-    whole = float(round(order))
-    if whole < fine[0] or whole > fine[-1]:
-        return order
-    there = float(np.interp(whole, fine, evidence))
-    return whole if evidence.max() - there < 2.0 else order

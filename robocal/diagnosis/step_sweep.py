@@ -12,6 +12,7 @@ from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Effect, Instance
 from robocal.diagnosis.group import Group, listed
 from robocal.diagnosis.linearised import Linearised
+from robocal.diagnosis.steps import LINE
 
 STEPS = ("base_step", "tool_step", "encoder_step")
 
@@ -39,10 +40,10 @@ def _group(
     instances: list[Instance],
 ) -> Group:
     own = instances[0]
-    # From the first row on everything has stepped: the columns without their start.
-    ever = Instance(own.effect, own.joint, (("line", float(rows.lines[0])),), own.coefficients)
+    # Before the first row everything has stepped: the columns without their start.
+    ever = Instance(own.effect, own.joint, ((LINE, float(rows.lines[0])),), own.coefficients)
     X = fit.columns(effect.moves(rows, ever))
-    starts = np.searchsorted(rows.lines, [instance.argument("line") for instance in instances])
+    starts = np.searchsorted(rows.lines, [instance.argument(LINE) for instance in instances])
     edges = np.append(fit.first_scalar[starts], len(fit.row))
     seen = _from_edges(both, X, edges)
     inside, score = seen[:, : both.shape[1] - n_residuals], seen[:, both.shape[1] - n_residuals :]

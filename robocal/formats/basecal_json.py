@@ -19,9 +19,7 @@ def basecal_document(
 ) -> dict[str, object]:
     """The document that the contract describes, and more beside it."""
     return {
-        "transform": _transform(result.transform),
-        "std": _six(result.std),
-        "std_unit": ["mm", "mm", "mm", "deg", "deg", "deg"],
+        **registration_document(result),
         "monte_carlo": {
             "draws": len(draws.moves),
             "std": _moves(draws.std),
@@ -30,6 +28,16 @@ def basecal_document(
             "unit": ["mm", "mm", "mm", "mrad", "mrad", "mrad"],
             "of": "shift and rotation vector along the master's axes, open directions held",
         },
+        "projection": _projection(projection),
+    }
+
+
+def registration_document(result: Registration) -> dict[str, object]:
+    """What the registration alone says: of touches so far, before anything is drawn."""
+    return {
+        "transform": _transform(result.transform),
+        "std": _six(result.std),
+        "std_unit": ["mm", "mm", "mm", "deg", "deg", "deg"],
         "residual_rms_mm": result.residual_rms * 1e3,
         "chi_square": result.solution.chi_square,
         "degrees_of_freedom": result.solution.nu,
@@ -44,7 +52,6 @@ def basecal_document(
         ],
         "faults": [_fault(result, index) for index in range(len(result.faults))],
         "sensor_corrections": _corrections(result),
-        "projection": _projection(projection),
         "next_touch": _proposal(result.next_touch),
     }
 

@@ -60,6 +60,11 @@ class Bundle:
     budget: Budget
     sha256: str
 
+    @property
+    def tool_known(self) -> bool:
+        """Whether rows of the tool itself are there, or the campaign states it."""
+        return self.tool_guess is not None or "" in self.measurements.target
+
 
 def read_bundle(folder: Path) -> Bundle:
     """A bundle, checked.

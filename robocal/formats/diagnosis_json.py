@@ -4,6 +4,7 @@ from robocal.diagnosis.causes import Cause
 from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
 from robocal.diagnosis.extended import FittedEffect
 from robocal.diagnosis.gain import Gain
+from robocal.diagnosis.steps import LAST_BEFORE, LINE
 
 NEXT_POSES = "next_poses.csv"
 
@@ -56,12 +57,22 @@ def _effect(named: NamedEffect) -> dict[str, object]:
             for cause in named.naming.causes
             if cause.key != (instance.effect, instance.joint)
         ],
+        "outside_the_catalogue": _outside(named),
         "gain": _gain(named.gain),
         "blocked_gain": _gain(named.blocked_gain),
         "in_sample_only": named.in_sample_only,
         "form_corrections": [_correction(fitted) for fitted in named.form_corrections],
     }
     return document
+
+
+def _outside(named: NamedEffect) -> dict[str, object]:
+    """How probable it is that something without a name stands there, and what that goes with."""
+    moved_by = named.naming.moved_by
+    return {
+        "probability": named.naming.unlisted,
+        "goes_with": moved_by.covariate if moved_by is not None else None,
+    }
 
 
 def _parameters(fitted: FittedEffect) -> dict[str, object]:
@@ -83,7 +94,7 @@ def _correction(fitted: FittedEffect) -> dict[str, object]:
 
 def _arguments(arguments: dict[str, float]) -> dict[str, object]:
     """Lines and joints as whole numbers."""
-    whole = ("line", "driven_by")
+    whole = (LINE, LAST_BEFORE, "driven_by")
     return {
         name: int(value) if name in whole else float(value) for name, value in arguments.items()
     }

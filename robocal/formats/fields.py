@@ -5,7 +5,10 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
+from jaxtyping import Float
+from numpy import ndarray as Array
 
 from robocal.errors import BadInput
 
@@ -131,6 +134,24 @@ class Fields:
         ):
             raise self.error(name, "must be a list of names")
         return tuple(str(entry.value) for entry in node.value)
+
+    def number_rows(self, name: str, rows: int, columns: int) -> Float[Array, "row column"]:
+        """A list of `rows` texts of `columns` finite numbers each, apart by blanks."""
+        texts = self.texts(name)
+        if len(texts) != rows:
+            raise self.error(name, f"must be a list of {rows} rows")
+        table = np.empty((rows, columns))
+        for row, text in zip(table, texts, strict=True):
+            cells = text.split()
+            if len(cells) != columns:
+                raise self.error(name, f"must have {columns} numbers in every row")
+            try:
+                row[:] = [number_from(cell) for cell in cells]
+            except ValueError as error:
+                raise self.error(name, f"must hold numbers alone: {error}") from None
+        if not np.isfinite(table).all():
+            raise self.error(name, "must hold finite numbers")
+        return table
 
     def is_empty_list(self, name: str) -> bool:
         """Whether the field is a list without entries."""

@@ -5,7 +5,7 @@ from dataclasses import asdict
 import numpy as np
 
 from robocal.formats.robot_yaml import frame_document
-from robocal.identification.result import Identification, ResidualSummary
+from robocal.identification.result import AXES_OF_STD, Identification, ResidualSummary
 from robocal.identification.validation import Folds
 from robocal.kinematics.model import LINK_IS_ANGLE, LINK_PARAMETERS
 
@@ -21,12 +21,20 @@ def identification_document(
         "base": {
             **frame_document(result.base),
             "std": _frame_std(result, "base"),
+            "std_axes": AXES_OF_STD["base"],
             "redundant": _redundant(result, "base"),
         },
         "tool": {
             **frame_document(result.tool),
             "std": _frame_std(result, "tool"),
+            "std_axes": AXES_OF_STD["tool"],
             "redundant": _redundant(result, "tool"),
+        },
+        "choices": {
+            "fixed": sorted(result.choices.fixed),
+            "free": sorted(result.choices.free),
+            "prior_std": _own_priors(result),
+            "not_met": result.unmet,
         },
         "rank": result.rank,
         "condition": result.condition,
@@ -68,10 +76,21 @@ def _parameters(result: Identification) -> list[dict[str, object]]:
                 "std": float(std[5 * joint + column]) / unit,
                 "status": status.value,
             }
-            if name in result.reasons:
+            if name in result.unmet:
+                row["reason"] = f"asked for, but not identified: {result.reasons[name]}"
+            elif name in result.reasons:
                 row["reason"] = result.reasons[name]
             rows.append(row)
     return rows
+
+
+def _own_priors(result: Identification) -> dict[str, float]:
+    """Keys as the campaign and the command line give them: `a_2_mm`, `theta_3_deg`."""
+    angle = dict(zip(result.cell.names, result.cell.is_angle, strict=True))
+    return {
+        f"{name}_deg" if angle[name] else f"{name}_mm": std / (_DEG if angle[name] else 1e-3)
+        for name, std in sorted(result.choices.prior_std.items())
+    }
 
 
 def _adequacy(result: Identification) -> dict[str, object]:

@@ -12,6 +12,7 @@ from robocal.errors import BadInput
 from robocal.formats.measurements_csv import POSITION, QUATERNION, joint_columns
 from robocal.formats.robot_yaml import robot_document
 from robocal.formats.table import write_table
+from robocal.formats.whole_file import write_whole
 from robocal.robots.robot import Robot
 
 LENGTH_UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254}
@@ -113,12 +114,9 @@ def write_bundle(
         campaign["targets"] = targets
     if "check" in tables:
         campaign["held_out"] = {"column": "split"}
-    try:
-        _write_yaml(folder / "robot.yaml", robot_document(robot))
-        _write_yaml(folder / "campaign.yaml", campaign)
-        write_table(folder / "measurements.csv", _columns(robot, tables))
-    except OSError as error:
-        raise BadInput(str(folder), f"cannot be written: {error.strerror}") from None
+    _write_yaml(folder / "robot.yaml", robot_document(robot))
+    _write_yaml(folder / "campaign.yaml", campaign)
+    write_table(folder / "measurements.csv", _columns(robot, tables))
 
 
 def write_robot(path: Path, robot: Robot) -> None:
@@ -129,15 +127,12 @@ def write_robot(path: Path, robot: Robot) -> None:
     BadInput
         If the file cannot be written.
     """
-    try:
-        _write_yaml(path, robot_document(robot))
-    except OSError as error:
-        raise BadInput(str(path), f"cannot be written: {error.strerror}") from None
+    _write_yaml(path, robot_document(robot))
 
 
 def _write_yaml(path: Path, document: dict[str, object]) -> None:
     text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=160)
-    path.write_text(text, encoding="utf-8")
+    write_whole(path, text)
 
 
 def _columns(robot: Robot, tables: dict[str, MeasuredTable]) -> dict[str, tuple[str, ...]]:

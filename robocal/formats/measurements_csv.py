@@ -13,6 +13,8 @@ from robocal.robots.robot import Robot
 
 POSITION = ("x_mm", "y_mm", "z_mm")
 QUATERNION = ("qw", "qx", "qy", "qz")
+PREDICTED_STD = ("u_x_mm", "u_y_mm", "u_z_mm")
+"""Standard uncertainty of a predicted position; of measured rows the instrument states it."""
 _SINGLE = (
     "distance_mm",
     "pose",
@@ -43,6 +45,7 @@ def known_columns(robot: Robot) -> tuple[str, ...]:
         *joint_columns(robot),
         *POSITION,
         *QUATERNION,
+        *PREDICTED_STD,
         *_SINGLE,
         *approach_columns(robot),
         *joint_columns(robot, "cmd"),
@@ -99,15 +102,26 @@ def rows_of(table: Table, robot: Robot) -> MeasurementSet:
     BadInput
         Naming line and column.
     """
+    return rows_at(table, robot, read_joints(table, robot))
+
+
+def rows_at(table: Table, robot: Robot, joints: Float[Array, "row joint"]) -> MeasurementSet:
+    """Rows of a table whose joints are known otherwise [rad or m]; what else it lacks is NaN.
+
+    Raises
+    ------
+    BadInput
+        Naming line and column.
+    """
     n_rows = len(table.cells)
     table.numbers("repeat")
     return MeasurementSet(
         lines=table.lines,
-        joints=read_joints(table, robot),
+        joints=joints,
         position=_matrix(table, POSITION) * 1e-3,
         orientation=_orientation(table),
         distance=table.numbers("distance_mm") * 1e-3,
-        pose=_pose_numbers(table, robot),
+        pose=_pose_numbers(table, joints),
         target=table.text("target"),
         held_out=np.zeros(n_rows, dtype=bool),
         time=table.numbers("t_s"),
@@ -149,10 +163,10 @@ def _approach(table: Table, robot: Robot) -> Float[Array, "row joint"]:
     return directions
 
 
-def _pose_numbers(table: Table, robot: Robot) -> Array:
+def _pose_numbers(table: Table, joints: Float[Array, "row joint"]) -> Array:
     """Numbers of the poses; without a column rows with equal joints share one."""
     if "pose" not in table:
-        readings = np.round(read_joints(table, robot), 9)
+        readings = np.round(joints, 9)
         _, first, same = np.unique(readings, axis=0, return_index=True, return_inverse=True)
         return np.asarray(np.argsort(np.argsort(first))[same.ravel()])
     numbers = table.numbers("pose")

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from robocal.errors import BadInput, NoAnswer
+from robocal.formats.whole_file import part_of, place_of
 from robocal.frames import invert, rotation_vector
 from robocal.kinematics.forward import forward_kinematics
 from robocal.kinematics.model import KinematicModel
@@ -71,7 +72,8 @@ def write_export(path: Path, export: Export) -> Difference:
     BadInput
         If the file cannot be written.
     """
-    part = path.with_name(path.name + ".part")
+    place = place_of(path)
+    part = part_of(place)
     try:
         part.write_text(export.text, encoding="utf-8", newline="\n")
     except OSError as error:
@@ -83,7 +85,7 @@ def write_export(path: Path, export: Export) -> Difference:
             f"{path.name} would differ from the model by {difference.position:.1e} m and "
             f"{difference.angle:.1e} rad; it was not written"
         )
-    part.replace(path)
+    part.replace(place)
     return difference
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot, Provenance
@@ -32,13 +32,22 @@ from robocal.robots.robot import Robot
 
 FORMAT = "robocal-model-1"
 _DEG = np.pi / 180.0
+_COEFFICIENTS = "coefficients_with_parameters_and_each_other"
 
 
 def calibrated_robot(
     robot: Robot, result: Identification, gravity: Float[Array, "3"], provenance: Provenance
 ) -> CalibratedRobot:
     """The identified robot with its covariance."""
-    return CalibratedRobot(robot, result.model, result.full_covariance(), gravity, provenance)
+    return CalibratedRobot(
+        robot,
+        result.model,
+        result.full_covariance(),
+        gravity,
+        provenance,
+        targets=result.cell.targets,
+        tool_known=result.tool_known,
+    )
 
 
 def model_document(calibrated: CalibratedRobot) -> dict[str, object]:
@@ -54,12 +63,18 @@ def model_document(calibrated: CalibratedRobot) -> dict[str, object]:
         "links": [link_document(link) for link in model.links],
         "base": frame_document(model.base_frame),
         "tool": frame_document(invert(calibrated.robot.geometry.flange) @ model.tool_frame),
+        "tool_known": calibrated.tool_known,
+        "targets": {
+            name: {"xyz_mm": [float(value) * 1e3 for value in place]}
+            for name, place in calibrated.targets.items()
+        },
         "gravity": [float(value) for value in calibrated.gravity],
         "effects": [effect_document(fitted) for fitted in calibrated.effects],
         "reference": reference_document(calibrated.reference),
         "covariance": {
             "parameters": [names[k] for k in known],
             "matrix_deg_mm": [[float(value) for value in row] for row in covariance],
+            **_coefficients(calibrated, known, unit),
         },
         "provenance": {
             "bundle_sha256": calibrated.provenance.bundle_sha256,
@@ -126,10 +141,69 @@ def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
     provenance = Provenance(
         *(origin.text(name) for name in ("bundle_sha256", "software_version", "date", "strategy"))
     )
-    covariance = _covariance(fields.mapping("covariance"), robot.n_joints)
+    stated = fields.mapping("covariance")
+    among = _coefficient_covariance(stated, robot.n_joints, effects)
+    covariance = _covariance(stated, robot.n_joints)
     gravity = np.array(fields.numbers("gravity", 3))
+    targets = _targets(fields.mapping("targets")) if "targets" in fields else {}
+    tool_known = fields.flag("tool_known", default=True)
     fields.finish()
-    return CalibratedRobot(robot, model, covariance, gravity, provenance, effects, reference)
+    return CalibratedRobot(
+        robot,
+        model,
+        covariance,
+        gravity,
+        provenance,
+        effects,
+        reference,
+        targets,
+        tool_known=tool_known,
+        coefficient_covariance=among,
+    )
+
+
+def _targets(nests: Fields) -> dict[str, Float[Array, "3"]]:
+    """Places of the nests [m]."""
+    places = {}
+    for name in nests.names():
+        nest = nests.mapping(name)
+        places[name] = np.array(nest.numbers("xyz_mm", 3)) * 1e-3
+        nest.finish()
+    nests.finish()
+    return places
+
+
+def _coefficients(
+    calibrated: CalibratedRobot, known: Int[Array, "known"], unit: Float[Array, "known"]
+) -> dict[str, list[str]]:
+    """Covariance of each coefficient with the parameters listed, then with all coefficients.
+
+    A row is one text, its numbers apart by blanks: a hundred rows of a hundred and forty numbers
+    would take a YAML reader a second.
+    """
+    if not calibrated.effects:
+        return {}
+    n = len(calibrated.covariance)
+    rows = calibrated.joint_covariance[n:]
+    rows = np.concatenate([rows[:, known] / unit, rows[:, n:]], axis=1)
+    return {_COEFFICIENTS: [" ".join(f"{value:.12g}" for value in row) for row in rows]}
+
+
+def _coefficient_covariance(
+    fields: Fields, n_joints: int, effects: tuple[FittedEffect, ...]
+) -> Float[Array, "coefficient unknown"] | None:
+    """The same read back; None in models written before it was kept."""
+    if _COEFFICIENTS not in fields:
+        return None
+    names = parameter_names(n_joints)
+    known = [names.index(name) for name in fields.texts("parameters") if name in names]
+    count = sum(len(fitted.values) for fitted in effects)
+    rows = fields.number_rows(_COEFFICIENTS, count, len(known) + count)
+    full = np.zeros((count, len(names) + count))
+    unit = np.where(parameter_is_angle(n_joints), _DEG, 1e-3)[known]
+    full[:, known] = rows[:, : len(known)] * unit
+    full[:, len(names) :] = rows[:, len(known) :]
+    return full
 
 
 def _link(row: Fields) -> list[float]:

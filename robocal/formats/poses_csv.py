@@ -13,6 +13,7 @@ from robocal.diagnosis.diagnosis import NextPoses
 from robocal.errors import BadInput
 from robocal.formats.measurements_csv import (
     POSITION,
+    PREDICTED_STD,
     QUATERNION,
     approach_columns,
     joint_columns,
@@ -20,7 +21,7 @@ from robocal.formats.measurements_csv import (
     read_joints,
     rows_of,
 )
-from robocal.formats.table import Table, read_table, write_table
+from robocal.formats.table import Table, read_table, table_text, write_table
 from robocal.frames import quaternion_from_rotation
 from robocal.robots.robot import Robot
 
@@ -48,7 +49,11 @@ def read_poses(path: Path, robot: Robot) -> JointPoses:
 
 
 def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> int:
-    """Fill x_mm ... qz of a table of joints; all its other columns are kept as they are.
+    """Fill x_mm ... qz of a table of joints, and how sure x, y, z are by the model's covariance.
+
+    All its other columns are kept as they are.
+
+    A row's `target` says of which nest; without one it is the tool.
 
     Returns
     -------
@@ -64,13 +69,16 @@ def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> int:
     robot = calibrated.robot
     q = _complete_joints(table, robot)
     rows = replace(rows_of(table, robot), joints=q)
-    T = calibrated.poses_of(rows)
+    T = calibrated.target_poses(rows)
     columns: dict[str, Sequence[str]] = {name: table.text(name) for name in table.header}
     for axis, name in enumerate(POSITION):
         columns[name] = _cells(T[:, axis, 3] * 1e3, 7)
     quaternion = quaternion_from_rotation(T[:, :3, :3])
     for part, name in enumerate(QUATERNION):
         columns[name] = _cells(quaternion[:, part], 12)
+    variance = np.diagonal(calibrated.position_covariance_of(rows), axis1=1, axis2=2)
+    for axis, name in enumerate(PREDICTED_STD):
+        columns[name] = _cells(np.sqrt(variance[:, axis]) * 1e3, 7)
     _write(out, columns)
     return len(q)
 
@@ -95,8 +103,8 @@ def write_plan(path: Path, robot: Robot, q: Float[Array, "pose joint"]) -> None:
     _write(path, columns)
 
 
-def write_next_poses(path: Path, robot: Robot, poses: NextPoses) -> None:
-    """Poses to measure next, with the side from which each joint should come."""
+def next_poses_text(robot: Robot, poses: NextPoses) -> str:
+    """A CSV file's text: what to measure next, from which side each joint comes, the payload."""
     columns: dict[str, Sequence[str]] = {
         "pose": tuple(str(number) for number in range(1, len(poses.q) + 1))
     }
@@ -104,7 +112,9 @@ def write_next_poses(path: Path, robot: Robot, poses: NextPoses) -> None:
         columns[name] = _cells(poses.q[:, joint] / robot.joint_scale[joint], 6)
     for joint, name in enumerate(approach_columns(robot)):
         columns[name] = tuple(f"{side:.0f}" for side in poses.approach[:, joint])
-    _write(path, columns)
+    if np.isfinite(poses.payload).all() and len(poses.payload):
+        columns["payload_kg"] = _cells(poses.payload, 6)
+    return table_text(columns)
 
 
 def _write(path: Path, columns: dict[str, Sequence[str]]) -> None:

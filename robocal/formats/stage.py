@@ -22,6 +22,8 @@ from robocal.kinematics.model import KinematicModel
 from robocal.robots.robot import Robot
 
 _MM, _MRAD, _DEG = 1e-3, 1e-3, np.pi / 180.0
+_LARGEST_SIGMA = 1000.0
+"""Beyond it a sensor says nothing, and sums lose the digits of the others [mm, mrad]"""
 _READINGS = ("slide_mm", "rod_angle_deg", "rod_length_mm")
 _ROBOTS, _CUPS = ("master", "slave"), ("slide", "rod")
 
@@ -61,6 +63,11 @@ def _read_arm(fields: Fields, folder: Path) -> tuple[Robot, Arm]:
     needle = np.concatenate([np.array(fields.numbers("needle_mm", 3)) * _MM, np.zeros(3)])
     if "model" in fields:
         calibrated = read_model(folder / plain_file_name(fields, "model"))
+        if calibrated.effects:
+            names = ", ".join(fitted.instance.title for fitted in calibrated.effects)
+            raise fields.error(
+                "model", f"has effects, which touches are not corrected for: {names}"
+            )
         robot, links = calibrated.robot, calibrated.model.links
         n = 5 * robot.n_joints
         covariance = calibrated.covariance[:n, :n]
@@ -73,6 +80,8 @@ def _read_arm(fields: Fields, folder: Path) -> tuple[Robot, Arm]:
     )
     sigma_tip = _positive(fields, "sigma_mm", Arm.sigma_tip / _MM) * _MM
     sigma_joint = fields.number("sigma_joint_mrad", Arm.sigma_joint / _MRAD) * _MRAD
+    if sigma_joint < 0:
+        raise fields.error("sigma_joint_mrad", "must not be negative")
     fields.finish()
     return robot, Arm(model, robot.limits, sigma_tip, sigma_joint, covariance)
 
@@ -81,6 +90,8 @@ def _positive(fields: Fields, name: str, default: float | None = None) -> float:
     value = fields.number(name, default)
     if value <= 0:
         raise fields.error(name, f"must be above zero, not {value:g}")
+    if value > _LARGEST_SIGMA:
+        raise fields.error(name, f"must not be above {_LARGEST_SIGMA:g}, not {value:g}")
     return value
 
 

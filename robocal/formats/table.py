@@ -163,8 +163,13 @@ def write_table(path: Path, columns: Mapping[str, Sequence[str]]) -> None:
     BadInput
         If the system does not allow it.
     """
+    write_whole(path, table_text(columns))
+
+
+def table_text(columns: Mapping[str, Sequence[str]]) -> str:
+    """A CSV file's text: formatted cells, one header row."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(zip(*columns.values(), strict=True))
-    write_whole(path, text.getvalue())
+    return text.getvalue()

@@ -15,9 +15,11 @@ from robocal.formats.measurements_csv import (
     joint_columns,
     known_columns,
     read_joints,
+    rows_at,
 )
 from robocal.formats.table import Table, read_table, write_table
 from robocal.frames import rotation_from_quaternion
+from robocal.measurements import MeasurementSet
 from robocal.robots.robot import Robot
 
 _UNIT_TOLERANCE = 1e-2
@@ -36,11 +38,15 @@ class Targets:
         Tool poses [m].
     nominal_q
         Joints that the nominal robot would use [rad or m], where the file gives them.
+    rows
+        What the file says of the moment: payload, temperature, approach; joints are zero where it
+        gives none.
     """
 
     table: Table
     wanted: Float[Array, "pose 4 4"]
     nominal_q: Float[Array, "pose joint"] | None
+    rows: MeasurementSet
 
 
 def read_targets(path: Path, robot: Robot) -> Targets:
@@ -65,7 +71,9 @@ def read_targets(path: Path, robot: Robot) -> Targets:
         raise BadInput(f"{table.file} line {table.lines[row]}", reason)
     wanted[:, :3, :3] = rotation_from_quaternion(quaternion)
     wanted[:, 3, 3] = 1.0
-    return Targets(table, wanted, _nominal_joints(table, robot))
+    nominal_q = _nominal_joints(table, robot)
+    joints = np.zeros((len(wanted), robot.n_joints)) if nominal_q is None else nominal_q
+    return Targets(table, wanted, nominal_q, rows_at(table, robot, joints))
 
 
 def _nominal_joints(table: Table, robot: Robot) -> Float[Array, "row joint"] | None:
@@ -80,7 +88,8 @@ def _nominal_joints(table: Table, robot: Robot) -> Float[Array, "row joint"] | N
 def write_compensated(path: Path, targets: Targets, robot: Robot, result: Compensation) -> None:
     """The targets' own columns, with the compensated joints, status and remaining error.
 
-    Where a target was not reached the joints stay empty, so that no robot is driven there.
+    Where a target was not reached, or only in another configuration, the joints stay empty, so
+    that no robot is driven there.
 
     Raises
     ------
@@ -90,7 +99,8 @@ def write_compensated(path: Path, targets: Targets, robot: Robot, result: Compen
     table = targets.table
     joints = joint_columns(robot)
     columns = {name: table.text(name) for name in table.header if name not in joints}
-    given = np.array([reach is not Reach.not_reached for reach in result.reach])
+    withheld = (Reach.not_reached, Reach.other_configuration)
+    given = np.array([reach not in withheld for reach in result.reach])
     for joint, name in enumerate(joints):
         values = result.q[:, joint] / robot.joint_scale[joint]
         columns[name] = tuple(

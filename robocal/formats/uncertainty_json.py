@@ -4,8 +4,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from robocal.uncertainty.evaluation import Evaluation, RefitCheck
+from robocal.identification.result import AXES_OF_STD
+from robocal.uncertainty.evaluation import OF_TOLERANCE, Evaluation, RefitCheck
 from robocal.uncertainty.propagation import COVERAGE
+from robocal.uncertainty.refit_verdict import judge_refits
 from robocal.uncertainty.repeats import Scatter
 from robocal.uncertainty.verdict import Verdict
 from robocal.uncertainty.workspace_map import WorkspaceMap
@@ -44,6 +46,7 @@ def uncertainty_document(
             "orientation": _scatter(evaluation.repeats.orientation, "mrad"),
         },
         "budget": _budget(evaluation),
+        "frame_axes": dict(AXES_OF_STD),
         "parameters": _parameters(evaluation),
         "tool_position": _tool_position(evaluation),
         "monte_carlo": _monte_carlo(evaluation),
@@ -138,6 +141,7 @@ def _monte_carlo(evaluation: Evaluation) -> dict[str, object]:
         "drawn_from": "refits" if check.by_refits else "distribution of the parameters",
         "digits": evaluation.settings.digits,
         "stable": sampled.stable,
+        "share_of_tolerance": OF_TOLERANCE,
         "gum_validated": bool(validated.all()),
         "gum_validated_share": float(validated.mean()),
         "largest_distance_over_tolerance": float(
@@ -169,7 +173,14 @@ def _refits(evaluation: Evaluation, refits: RefitCheck) -> dict[str, object]:
         ):
             row[key] = float(values[index]) / unit
         rows.append(row)
-    return {"count": refits.count, "unsettled": refits.n_unsettled, "parameters": rows}
+    verdict = judge_refits(evaluation, refits)
+    return {
+        "count": refits.count,
+        "unsettled": refits.n_unsettled,
+        "agree": verdict.agree,
+        "sentence": verdict.sentence,
+        "parameters": rows,
+    }
 
 
 def _poses(evaluation: Evaluation, lines: Int[Array, "pose"]) -> list[dict[str, object]]:

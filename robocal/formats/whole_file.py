@@ -25,16 +25,41 @@ def write_together(texts: Mapping[Path, str]) -> None:
     BadInput
         If the system does not allow it.
     """
-    parts = {path: path.with_name(path.name + ".part") for path in texts}
-    for path, part in parts.items():
-        if path.is_dir() or part.is_dir():
-            raise BadInput(str(path), "cannot be written: a folder is in its place")
+    places = {path: place_of(path) for path in texts}
+    parts = {path: part_of(place) for path, place in places.items()}
     try:
         for path, text in texts.items():
             parts[path].write_text(text, encoding="utf-8")
         for path, part in parts.items():
-            part.replace(path)
+            part.replace(places[path])
     except OSError as error:
+        raise BadInput(str(path), f"cannot be written: {error.strerror}") from None
+    finally:
+        # Whoever stops the program in here finds no parts either.
         for part in parts.values():
             part.unlink(missing_ok=True)
+
+
+def part_of(place: Path) -> Path:
+    """Where a file's content stands until all of it is there."""
+    return place.with_name(place.name + ".part")
+
+
+def place_of(path: Path) -> Path:
+    """Where a file is to be put: what a link points to, so that the link stays.
+
+    Only a plain file is ever replaced: to put one in the place of /dev/null would break a system.
+
+    Raises
+    ------
+    BadInput
+        If a folder or anything else that is no plain file is there.
+    """
+    try:
+        if not path.name or path.is_dir() or part_of(path).is_dir():
+            raise BadInput(str(path), "cannot be written: a folder is in its place")
+        if (path.exists() or path.is_symlink()) and not path.is_file():
+            raise BadInput(str(path), "cannot be written: what is in its place is no plain file")
+    except OSError as error:
         raise BadInput(str(path), f"cannot be written: {error.strerror}") from None
+    return path.resolve()

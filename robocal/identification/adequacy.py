@@ -25,6 +25,11 @@ class Adequacy:
         return self.low <= self.reduced_chi_square <= self.high
 
     @property
+    def leaves_noise_alone(self) -> bool:
+        """Whether nothing beyond the declared noise is left, however large that was declared."""
+        return self.reduced_chi_square <= self.high
+
+    @property
     def sentence(self) -> str:
         """What it means, for people."""
         if self.nu <= 0:

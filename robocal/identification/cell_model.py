@@ -37,9 +37,16 @@ class CellModel:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of all parameters, in the order of `vector`."""
+        if not self.place_names and self.anchor is None:
+            return parameter_names(self.geometry.n_joints)
         places = [f"target_{name}_{axis}" for name in self.place_names for axis in AXES]
         anchor = [] if self.anchor is None else [f"anchor_{axis}" for axis in AXES]
         return (*parameter_names(self.geometry.n_joints), *places, *anchor)
+
+    @property
+    def targets(self) -> dict[str, Float[Array, "3"]]:
+        """Places of the nests by name, in the flange frame [m]."""
+        return dict(zip(self.place_names, self.places, strict=True))
 
     @property
     def is_angle(self) -> Bool[Array, "parameter"]:

@@ -11,6 +11,7 @@ from robocal.formats.bundle import Bundle, RejectedRow
 from robocal.frames import frame_from_xyz_ypr
 from robocal.identification.adequacy import judge
 from robocal.identification.cell_model import AXES, CellModel
+from robocal.identification.drift_errors import common_information, drift_errors, widened
 from robocal.identification.frames_start import start_frames
 from robocal.identification.lengths_start import locate_anchor, start_from_lengths
 from robocal.identification.observations import Observations, observations
@@ -46,7 +47,15 @@ class Prepared:
 
     def observe(self, bundle: Bundle, chosen: Bool[Array, "row"]) -> Observations:
         """Some of the rows, weighted by the instrument."""
-        return observations(self.rows.rows(chosen), bundle.instrument, self.place_names)
+        rows = observations(self.rows.rows(chosen), bundle.instrument, self.place_names)
+        errors = self.drift_errors(chosen)
+        return rows if errors is None else widened(rows, errors)
+
+    def drift_errors(self, chosen: Bool[Array, "row"]) -> Float[Array, "chosen 6 noise"] | None:
+        """What the noise of the fixed nests leaves in some rows; None where no drift is removed."""
+        if self.drift is None or not self.drift.significant:
+            return None
+        return drift_errors(self.drift, self.rows.rows(chosen))
 
 
 def identify(
@@ -117,11 +126,10 @@ def _start(
     What the rows do not see, the tool's rotation say, is taken from the campaign's guesses.
     """
     geometry = bundle.robot.geometry
-    anchor = np.zeros(3) if bundle.anchor is None else np.array(bundle.anchor)
     if rows.has_position:
         frames = start_frames(geometry, rows, len(place_names))
     else:
-        frames = start_from_lengths(geometry, rows, anchor, len(place_names))
+        frames = start_from_lengths(geometry, rows, _stated_anchor(bundle), len(place_names))
     base, tool = frames.base, frames.tool.copy()
     if bundle.tool_guess is not None:
         guess = frame_from_xyz_ypr(bundle.tool_guess)
@@ -140,12 +148,29 @@ def _start(
     cell = CellModel(robot, geometry.flange, place_names, places)
     if not rows.has_distance:
         return cell
-    cell = replace(cell, anchor=anchor)
-    if rows.has_position and bundle.anchor is None:
+    cell = replace(cell, anchor=np.array(bundle.anchor or (0.0, 0.0, 0.0)))
+    if bundle.anchor is None:
         measured = rows.choose(rows.distance_weight > 0)
         points = -residuals(cell, _as_positions(measured)).position.T
         cell = replace(cell, anchor=locate_anchor(points, measured.distance))
     return cell
+
+
+def _stated_anchor(bundle: Bundle) -> Float[Array, "3"]:
+    """Where lengths are measured from; they alone cannot say where that is in any frame.
+
+    Raises
+    ------
+    BadInput
+        If the campaign does not state it.
+    """
+    if bundle.anchor is None:
+        raise BadInput(
+            "campaign.yaml",
+            "field 'anchor' is missing: with distances alone it says where the measuring frame is; "
+            "write anchor: {xyz_mm: [x, y, z]}, with 0, 0, 0 the frame begins at the anchor",
+        )
+    return np.array(bundle.anchor)
 
 
 def _held(
@@ -225,8 +250,13 @@ def _result(
     before: CellModel,
 ) -> Identification:
     fit, problem = solution.fit, solution.problem
-    cell = fit.cell
+    cell, reasons = fit.cell, solution.redundancy.reasons
     lines = ready.rows.lines[~ready.rows.held_out]
+    covariance, nu = solution.covariance, solution.nu
+    shared = _shared_error(ready, solution)
+    if shared is not None:
+        nu -= float(np.sum(covariance * shared))
+        covariance = covariance + covariance @ shared @ covariance
     rejected = _named(lines, solution.scores, ~solution.used)
     suspect: tuple[RejectedRow, ...] = ()
     if held_out is not None:
@@ -238,15 +268,16 @@ def _result(
         nominal=bundle.robot.geometry,
         cell=replace(cell, geometry=cell.geometry.with_frames_as_origin()),
         free=problem.free,
-        covariance=solution.covariance,
-        reasons=solution.redundancy.reasons,
-        fixed=ready.choices.fixed,
+        covariance=covariance,
+        reasons=reasons,
+        choices=ready.choices.without_free(reasons),
+        unmet={name: reasons[name] for name in sorted(reasons) if ready.choices.speaks_of(name)},
         rank=solution.redundancy.rank,
         condition=solution.redundancy.condition,
         strategy=strategy,
         iterations=fit.iterations,
         converged=fit.converged,
-        adequacy=judge(solution.chi_square, solution.nu),
+        adequacy=judge(solution.chi_square, nu),
         fit=summarise(cell, rows.choose(solution.used)),
         held_out=None if held_out is None else summarise(cell, held_out),
         before=summarise(before, rows if held_out is None else held_out),
@@ -254,7 +285,19 @@ def _result(
         suspect=suspect,
         drift=ready.drift,
         bundle_sha256=bundle.sha256,
+        tool_known=bundle.tool_known,
     )
+
+
+def _shared_error(ready: Prepared, solution: Solution) -> Float[Array, "free free"] | None:
+    """What the station's drift leaves in all rows alike; None where no drift was removed."""
+    used = ~ready.rows.held_out
+    used[used] = solution.used
+    errors = ready.drift_errors(used)
+    if errors is None:
+        return None
+    problem = solution.problem
+    return common_information(solution.fit.cell, problem.rows, problem.free, errors)
 
 
 def _named(

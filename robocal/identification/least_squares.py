@@ -73,10 +73,10 @@ def levenberg_marquardt(
     cost, gradient, hessian = _with_prior(data, prior, x)
     damping, growth = _FIRST_DAMPING, 2.0
     for iteration in range(1, max_iterations + 1):
-        scale = np.sqrt(np.diag(hessian))
+        scale = np.sqrt(hessian.diagonal())
         scale[scale == 0.0] = 1.0
-        damped = hessian / np.outer(scale, scale)
-        damped[np.diag_indices_from(damped)] += damping
+        damped = hessian / (scale[:, None] * scale)
+        damped.flat[:: len(x) + 1] += damping
         step = -np.linalg.solve(damped, gradient / scale) / scale
         promised = -(gradient @ step + 0.5 * step @ hessian @ step)
         if promised <= _COST_TOLERANCE * max(cost, 1.0):
@@ -103,4 +103,6 @@ def _with_prior(
 ) -> tuple[float, Float[Array, "free"], Float[Array, "free free"]]:
     away = x - prior.mean
     cost = data.cost + 0.5 * float(prior.precision @ (away * away))
-    return cost, data.gradient + prior.precision * away, data.hessian + np.diag(prior.precision)
+    hessian = data.hessian.copy()
+    hessian.flat[:: len(x) + 1] += prior.precision
+    return cost, data.gradient + prior.precision * away, hessian

@@ -1,6 +1,7 @@
 """What is known of each parameter before any measurement."""
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -8,6 +9,7 @@ from numpy import ndarray as Array
 
 from robocal.errors import BadInput
 from robocal.identification.cell_model import CellModel
+from robocal.kinematics.model import FRAME_PARAMETERS, LINK_IS_ANGLE, LINK_PARAMETERS
 
 PRIOR_LENGTH = 1e-3
 """How far a link length may be off its nominal value, one standard deviation [m]"""
@@ -49,6 +51,14 @@ class Choices:
             {**own, **later.prior_std},
         )
 
+    def speaks_of(self, name: str) -> bool:
+        """Whether the parameter is asked to move in a way of its own."""
+        return name in self.free or name in self.prior_std
+
+    def without_free(self, names: Iterable[str]) -> "Choices":
+        """The same with these parameters no longer free of their default priors."""
+        return replace(self, free=self.free.difference(names))
+
     def check(self, names: tuple[str, ...]) -> None:
         """Complain about a name that is no parameter, or that is asked for twice.
 
@@ -73,14 +83,27 @@ def own_prior(key: str, value: float) -> tuple[str, float]:
     Raises
     ------
     ValueError
-        If the unit is missing or the value is not positive.
+        If the unit is missing or not the parameter's, or the value is not positive.
     """
     name, _, unit = key.rpartition("_")
     if unit not in ("mm", "deg"):
         raise ValueError("must end in _mm or _deg")
+    own = _unit(name)
+    if own is not None and unit != own:
+        raise ValueError(f"{name} is in {own}, so it must end in _{own}")
     if not 0 < value < float("inf"):
         raise ValueError(f"must be positive, not {value:g}")
     return name, value * (1e-3 if unit == "mm" else np.pi / 180.0)
+
+
+def _unit(name: str) -> str | None:
+    """Unit of a link's or a frame's parameter; None for a name that is neither's."""
+    kind, _, which = name.partition("_")
+    if kind in LINK_PARAMETERS and which.isdecimal():
+        return "deg" if LINK_IS_ANGLE[LINK_PARAMETERS.index(kind)] else "mm"
+    if kind in ("base", "tool") and which in FRAME_PARAMETERS:
+        return "mm" if which in FRAME_PARAMETERS[:3] else "deg"
+    return None
 
 
 def choices_of(fixed: list[str], free: list[str], priors: list[str]) -> Choices:

@@ -121,9 +121,10 @@ def sort_columns(
     weak: list[int] = []
     redundant: dict[int, Float[Array, "_"]] = {}
     while True:
-        outside = np.zeros(len(left))
-        diagonal = np.abs(np.diagonal(R))
-        outside[: len(diagonal)] = diagonal
+        diagonal = np.abs(R.diagonal())
+        outside = diagonal
+        if len(diagonal) < len(left):
+            outside = np.concatenate([diagonal, np.zeros(len(left) - len(diagonal))])
         short = np.flatnonzero(outside < least)
         if not len(short):
             break
@@ -133,7 +134,7 @@ def sort_columns(
             redundant[index] = R[:first, first]
         else:
             weak.append(index)
-        least = np.delete(least, first)
+        least = np.concatenate([least[:first], least[first + 1 :]])
         R = _without_column(R, first)
     unseen = [index for index in order if free[index] and not seen[index]]
     return ColumnKinds(left, weak, redundant, unseen, R[: len(left)])
@@ -146,7 +147,7 @@ def _triangle(columns: Float[Array, "row column"]) -> Float[Array, "_ column"]:
 
 def _without_column(R: Float[Array, "row column"], index: int) -> Float[Array, "row _"]:
     """Triangle of the other columns."""
-    rest = np.delete(R, index, axis=1)
+    rest = np.concatenate([R[:, :index], R[:, index + 1 :]], axis=1)
     if index < rest.shape[1]:
         tail = _triangle(rest[index:, index:])
         rest[index:, index:] = 0.0

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -11,6 +12,7 @@ from robocal.formats.bundle import RejectedRow
 from robocal.frames import invert, xyz_ypr_from_frame
 from robocal.identification.adequacy import Adequacy
 from robocal.identification.cell_model import CellModel
+from robocal.identification.priors import Choices
 from robocal.identification.station_drift import StationDrift
 from robocal.kinematics.model import KinematicModel
 
@@ -36,6 +38,13 @@ class ResidualSummary:
     """Root mean square of the rotation angle [rad]; None without orientations."""
 
 
+AXES_OF_STD = {
+    "base": "x, y, z along the measuring frame's axes; yaw, pitch, roll as in ypr_deg",
+    "tool": "x, y, z along the flange frame's axes; yaw, pitch, roll as in ypr_deg",
+}
+"""In which directions the reported uncertainties of a frame are meant"""
+
+
 @dataclass(frozen=True)
 class Identification:
     """The identified robot and how well the data determine it.
@@ -55,8 +64,10 @@ class Identification:
         Of the free parameters, prior included, in the units of the vector [m, rad].
     reasons
         Why a parameter is redundant, by name.
-    fixed
-        Parameters that were not to move.
+    choices
+        What was asked of single parameters, less the wishes to be free that could not be met.
+    unmet
+        Parameters asked to be free or given an own prior that the rows do not identify, and why.
     """
 
     nominal: KinematicModel
@@ -64,7 +75,8 @@ class Identification:
     free: Int[Array, "free"]
     covariance: Float[Array, "free free"]
     reasons: dict[str, str]
-    fixed: frozenset[str]
+    choices: Choices
+    unmet: dict[str, str]
     rank: int
     condition: float
     strategy: str
@@ -80,6 +92,13 @@ class Identification:
     """Held-out rows that look like outliers; they are counted all the same."""
     drift: StationDrift | None
     bundle_sha256: str
+    tool_known: bool
+    """Whether rows of the tool itself were measured, or the campaign states it."""
+
+    @property
+    def fixed(self) -> frozenset[str]:
+        """Parameters that were not to move."""
+        return self.choices.fixed
 
     @property
     def model(self) -> KinematicModel:
@@ -123,12 +142,33 @@ class Identification:
     def frame_std(self, which: str) -> Float[Array, "6"]:
         """Standard uncertainty of x, y, z, yaw, pitch, roll of `base` or `tool` as reported.
 
-        The covariance speaks of small moves in the frame's own axes; central differences carry it
-        to the frame as seen from outside.
+        These are the coordinates of the frame in its parent: the base in the measuring frame, the
+        tool in the flange frame.
         """
-        first = self.model.n_parameters - (12 if which == "base" else 6)
+        first = self._first_of(which)
         own = self.full_covariance()[first : first + 6, first : first + 6]
-        step = 1e-6
+        J = self._reported_from_own(which)
+        return np.asarray(np.sqrt(np.clip(np.diag(J @ own @ J.T), 0.0, None)))
+
+    @cached_property
+    def reported_from_own(self) -> Float[Array, "parameter parameter"]:
+        """Takes small moves of the parameters to those that are reported.
+
+        The fit moves base and tool along their own axes; reported are their coordinates in the
+        parent frame. All other parameters are what they are.
+        """
+        whole = np.eye(len(self.cell.names))
+        for which in ("base", "tool"):
+            first = self._first_of(which)
+            whole[first : first + 6, first : first + 6] = self._reported_from_own(which)
+        return whole
+
+    def _first_of(self, which: str) -> int:
+        return self.model.n_parameters - (12 if which == "base" else 6)
+
+    def _reported_from_own(self, which: str) -> Float[Array, "6 6"]:
+        """By central differences."""
+        first, step = self._first_of(which), 1e-6
 
         def outside(move: Float[Array, "6"]) -> Float[Array, "6"]:
             vector = self.model.vector
@@ -141,5 +181,4 @@ class Identification:
             change = outside(axis) - outside(-axis)
             change[3:] = (change[3:] + np.pi) % (2 * np.pi) - np.pi
             columns.append(change / (2 * step))
-        J = np.column_stack(columns)
-        return np.asarray(np.sqrt(np.clip(np.diag(J @ own @ J.T), 0.0, None)))
+        return np.column_stack(columns)

@@ -19,9 +19,11 @@ from robocal.identification.redundancy import (
     split_columns,
 )
 from robocal.identification.strategy import Fit, Problem, Strategy
+from robocal.progress import tell
 
 _STRUCTURE_ROWS = 400
-_GENERIC_ROWS = 200
+_GENERIC_ROWS = 60
+"""As many scalars as there are parameters, with plenty to spare"""
 _GENERIC_TURN, _GENERIC_SLIDE = 1.5, 0.3
 """How far joints are spread to see what well-spread poses would tell [rad], [m]"""
 _MAX_SECOND_LOOKS = 3
@@ -67,7 +69,7 @@ def covariance_of(fit: Fit) -> Float[Array, "free free"]:
 
 def structure(cell: CellModel, rows: Observations, std: Float[Array, "parameter"]) -> Redundancy:
     """What the rows can tell apart, and why not the rest."""
-    J, order = _columns(cell, rows)
+    J, order = _columns(cell, rows, std)
     return split_columns(J, cell.names, order, std > 0.0, std)
 
 
@@ -75,19 +77,24 @@ def column_kinds(
     cell: CellModel, rows: Observations, std: Float[Array, "parameter"]
 ) -> ColumnKinds:
     """What the rows can tell apart."""
-    J, order = _columns(cell, rows)
+    J, order = _columns(cell, rows, std)
     return sort_columns(J, order, std > 0.0, std)
 
 
 def _columns(
-    cell: CellModel, rows: Observations
+    cell: CellModel, rows: Observations, std: Float[Array, "parameter"]
 ) -> tuple[Float[Array, "scalar parameter"], list[int]]:
-    """Whitened Jacobian of some of the rows that stand for all, and the order of preference."""
+    """Whitened Jacobian of some of the rows that stand for all, and the order of preference.
+
+    What is asked to be free comes before all others, so that of parameters that move the target
+    alike the one asked for is identified.
+    """
     few = rows.evenly(_STRUCTURE_ROWS)
     J = whitened_jacobian(cell, few, np.arange(len(cell.names)))
     J *= np.sqrt(len(rows) / len(few))
     n_more = len(cell.names) - cell.geometry.n_parameters
-    return J, preference(cell.geometry, n_more)
+    order, asked = preference(cell.geometry, n_more), np.isinf(std)
+    return J, sorted(order, key=lambda index: not asked[index]) if asked.any() else order
 
 
 def frames_alone(start: CellModel, rows: Observations, choices: Choices, how: Strategy) -> Fit:
@@ -123,7 +130,11 @@ def solve(
     """
     std = prior_std(start, choices)
     centre = start if nominal is None else nominal
-    redundancy = _with_unexercised(structure(centre, rows, std), centre, rows, std)
+    redundancy = structure(centre, rows, std)
+    if np.isinf(std).any():
+        # Free, but parallel to others: where the solution shows it, nothing would hold it.
+        std = prior_std(start, choices.without_free(redundancy.reasons))
+    redundancy = _with_unexercised(redundancy, centre, rows, std)
     free = redundancy.identified | redundancy.weak
     problem = problem_of(start, rows, np.flatnonzero(free), std, centre)
     fit = how(problem)
@@ -147,6 +158,7 @@ def solve_without_outliers(
     start: CellModel, rows: Observations, choices: Choices, how: Strategy
 ) -> Solution:
     """Like `solve`, leaving out rows that do not belong; every row is judged anew in each round."""
+    tell("fitting the geometry")
     solution = solve(start, rows, choices, how)
     for _ in range(_MAX_REJECTIONS):
         used = ~solution.scores.outlying
@@ -201,7 +213,7 @@ def _with_unexercised(
     """
     if redundancy.rank >= full_rank(cell, rows):
         return redundancy
-    few = rows.choose(np.resize(np.arange(len(rows)), _GENERIC_ROWS))
+    few = rows.choose(np.linspace(0, len(rows) - 1, _GENERIC_ROWS).astype(int))
     spread = np.where(cell.geometry.prismatic, _GENERIC_SLIDE, _GENERIC_TURN)
     noise = np.random.default_rng(0).normal(size=few.joints.shape)
     anywhere = column_kinds(cell, replace(few, joints=few.joints + noise * spread), std)

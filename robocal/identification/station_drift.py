@@ -39,6 +39,14 @@ class StationDrift:
     centre: Float[Array, "3"]
     p_value: float
     """Chance that a still station gives these readings."""
+    factor: Float[Array, "visit 6 noise"]
+    """How translation and rotation are off for a unit of each independent noise of the nests."""
+    timed: bool
+    """Whether `time` is in seconds."""
+
+    def clock(self, rows: MeasurementSet) -> Float[Array, "row"]:
+        """Time of each row as `time` counts it."""
+        return rows.time if self.timed else rows.lines.astype(float)
 
     @property
     def significant(self) -> bool:
@@ -72,11 +80,19 @@ def find_drift(
     left = float(np.nansum(((away - shift[:, None]) / std) ** 2))
     turning = _chance(left, 3 * (count - len(names) - len(visits) + 1)) < SIGNIFICANT
     arms = mean - mean.mean(axis=0)
-    motion = np.array([_motion(arms, moved, with_turns=turning) for moved in away])
+    gains = [_gain(arms, moved, with_turns=turning) for moved in away]
+    motion = np.array([
+        gain @ np.nan_to_num(moved).ravel() for gain, moved in zip(gains, away, strict=True)
+    ])
     times = np.array([clock[visit].mean() for visit in visits])
-    smooth = _smoothed(times, motion, float(np.sqrt(np.mean(std**2) / len(names))))
-    smooth -= smooth[0]
-    return StationDrift(times, smooth[:, :3], smooth[:, 3:], mean.mean(axis=0), still)
+    smoother = _smoother(times, motion, float(np.sqrt(np.mean(std**2) / len(names))))
+    smoother -= smoother[0].copy()
+    smooth = smoother @ motion
+    noisy = np.stack(gains) * np.repeat(std.ravel(), 3)
+    factor = np.einsum("vu,upk->vpuk", smoother, noisy).reshape(len(times), 6, -1)
+    return StationDrift(
+        times, smooth[:, :3], smooth[:, 3:], mean.mean(axis=0), still, factor, _timed(rows)
+    )
 
 
 def _chance(chi_square: float, nu: int) -> float:
@@ -84,28 +100,30 @@ def _chance(chi_square: float, nu: int) -> float:
     return float(gammaincc(nu / 2.0, chi_square / 2.0)) if nu > 0 else 1.0
 
 
-def _motion(
+def _gain(
     arms: Float[Array, "nest 3"], moved: Float[Array, "nest 3"], *, with_turns: bool
-) -> Float[Array, "6"]:
-    """Translation [m] and rotation vector [rad] that move the nests of one visit so.
+) -> Float[Array, "6 scalar"]:
+    """What takes the nests' moves to the translation [m] and rotation vector [rad] of one visit.
 
     A turn is only taken out where the nests show one: at the tool it acts with the whole arm from
     the nests, and its noise too.
     """
     there = np.isfinite(moved[:, 0])
-    arms, moved = arms[there], moved[there]
-    spread = np.linalg.svd(arms - arms.mean(axis=0), compute_uv=False)
-    if not with_turns or len(arms) < 3 or spread[1] < _LEVER:
-        return np.concatenate([moved.mean(axis=0), np.zeros(3)])
-    shifts = np.broadcast_to(np.eye(3), (len(arms), 3, 3))
-    columns = np.concatenate([shifts, -_skew(arms)], axis=2).reshape(-1, 6)
-    return np.asarray(np.linalg.lstsq(columns, moved.ravel(), rcond=None)[0])
+    gain = np.zeros((6, len(moved), 3))
+    spread = np.linalg.svd(arms[there] - arms[there].mean(axis=0), compute_uv=False)
+    if not with_turns or there.sum() < 3 or spread[1] < _LEVER:
+        gain[:3, there] = np.eye(3)[:, None] / there.sum()
+    else:
+        shifts = np.broadcast_to(np.eye(3), (int(there.sum()), 3, 3))
+        columns = np.concatenate([shifts, -_skew(arms[there])], axis=2).reshape(-1, 6)
+        gain[:, there] = np.linalg.pinv(columns).reshape(6, -1, 3)
+    return gain.reshape(6, -1)
 
 
-def _smoothed(
+def _smoother(
     times: Float[Array, "visit"], motion: Float[Array, "visit 6"], std: float
-) -> Float[Array, "visit 6"]:
-    """The plainest polynomial in time that leaves no more than the nests' noise, else the motion.
+) -> Float[Array, "visit visit"]:
+    """To the plainest polynomial in time that leaves no more than the nests' noise, else nothing.
 
     Visit by visit the nests' own noise would be written into every row.
     """
@@ -115,16 +133,16 @@ def _smoothed(
         if nu <= 0:
             break
         columns = np.vander(scaled, degree + 1)
-        fitted = columns @ np.linalg.lstsq(columns, motion, rcond=None)[0]
-        left = float((((motion - fitted)[:, :3] / std) ** 2).sum())
+        onto = np.asarray(columns @ np.linalg.pinv(columns))
+        left = float((((motion - onto @ motion)[:, :3] / std) ** 2).sum())
         if _chance(left, nu) > _SMOOTH_ENOUGH:
-            return np.asarray(fitted)
-    return motion.copy()
+            return onto
+    return np.eye(len(times))
 
 
 def remove_drift(rows: MeasurementSet, drift: StationDrift) -> MeasurementSet:
     """The rows as the station of the first visit would have seen them."""
-    clock = _clock(rows)
+    clock = drift.clock(rows)
     shift = np.column_stack([
         np.interp(clock, drift.time, drift.translation[:, k]) for k in range(3)
     ])
@@ -143,9 +161,11 @@ def remove_drift(rows: MeasurementSet, drift: StationDrift) -> MeasurementSet:
 
 def _clock(rows: MeasurementSet) -> Float[Array, "row"]:
     """Time of each row, its number in the file where there are no times."""
-    if np.isfinite(rows.time).all():
-        return rows.time
-    return rows.lines.astype(float)
+    return rows.time if _timed(rows) else rows.lines.astype(float)
+
+
+def _timed(rows: MeasurementSet) -> bool:
+    return bool(np.isfinite(rows.time).all())
 
 
 def _visits(fixed: Bool[Array, "row"]) -> list[Int[Array, "some"]]:

@@ -5,7 +5,7 @@ Random folds say how well the model interpolates among poses like the measured o
 them. All repeats of a pose stay together.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Int
@@ -17,6 +17,7 @@ from robocal.identification.priors import prior_std
 from robocal.identification.result import Identification, ResidualSummary
 from robocal.identification.solve import problem_of
 from robocal.identification.strategies import STRATEGIES
+from robocal.progress import counted
 
 FOLDS = 5
 _SEED = 1
@@ -41,8 +42,7 @@ def cross_validate(bundle: Bundle, result: Identification, count: int = FOLDS) -
     count
         Number of folds.
     """
-    choices = replace(bundle.choices, fixed=bundle.choices.fixed | result.fixed)
-    ready = prepare(bundle, choices)
+    ready = prepare(bundle, result.choices)
     rejected = {row.line for row in result.rejected}
     spare = ~ready.rows.held_out & ~np.isin(ready.rows.lines, list(rejected))
     poses = ready.rows.pose[spare]
@@ -74,7 +74,7 @@ def _left_out(
     how = STRATEGIES[result.strategy]
     std = prior_std(result.cell, ready.choices)
     parts = []
-    for number in range(count):
+    for number in counted("fits without a fold", range(count), count):
         out = fold == number
         if not out.any():
             continue

@@ -70,21 +70,31 @@ def _wide(columns: Float[Array, "3 _"], n: int) -> Line:
     return np.ascontiguousarray(np.broadcast_to(columns, (3, n)))
 
 
-def touches_itself(shape: ArmShape, radius: float) -> Bool[Array, "pose"]:
-    """Poses at which two capsules that are apart along the arm overlap.
+def self_clearance(shape: ArmShape, radius: float) -> Float[Array, "pose"]:
+    """Least gap between two capsules that are apart along the arm, negative where they overlap [m].
 
     Capsules with less than two diameters of arm between them always are near each other; what
-    keeps those apart are the joint limits.
+    keeps those apart are the joint limits. Infinite for an arm without others.
     """
-    touching = np.zeros(shape.target.shape[1], dtype=bool)
+    n_poses = shape.target.shape[1]
     lengths = [segment.length for segment in shape.segments]
-    for later in range(2, len(lengths)):
-        for earlier in range(later - 1):
-            if sum(lengths[earlier + 1 : later]) < 4.0 * radius:
-                continue
-            apart = distance(shape.segments[earlier], shape.segments[later])
-            touching |= apart < 2.0 * radius
-    return touching
+    pairs = [
+        (earlier, later)
+        for later in range(2, len(lengths))
+        for earlier in range(later - 1)
+        if sum(lengths[earlier + 1 : later]) >= 4.0 * radius
+    ]
+    if not pairs:
+        return np.full(n_poses, np.inf)
+    # All pairs side by side: for the few poses of a path the calls cost more than the sums.
+    one, other = (
+        Segment(
+            np.concatenate([shape.segments[i].start for i in side], axis=1),
+            np.concatenate([shape.segments[i].end for i in side], axis=1),
+        )
+        for side in zip(*pairs, strict=True)
+    )
+    return np.asarray(distance(one, other).reshape(-1, n_poses).min(axis=0) - 2.0 * radius)
 
 
 def is_hidden(

@@ -12,6 +12,9 @@ RIDGE = 1e-8
 """Information of a set without poses, on columns whose mean square over the candidates is one: lets
 a search pass through sets that are too small, and is too little to move a choice; [1]"""
 
+SAME = 1e-10
+"""Figures of merit within this share of each other count as equal; [1]"""
+
 
 @runtime_checkable
 class ChosenSet(Protocol):
@@ -39,6 +42,10 @@ class ChosenSet(Protocol):
 
     def best_removal_after(self, added: int) -> int:
         """The candidate whose loss costs least once `added` has come in; may be `added` itself."""
+        ...
+
+    def best_addition_without(self, old: int) -> int:
+        """The candidate that improves the set most once `old` has gone; may be `old` itself."""
         ...
 
     def value(self) -> float:
@@ -85,3 +92,18 @@ def outside(n_candidates: int, chosen: tuple[int, ...]) -> Int[Array, "candidate
     free = np.ones(n_candidates, dtype=bool)
     free[list(chosen)] = False
     return np.flatnonzero(free)
+
+
+def improve(current: ChosenSet) -> None:
+    """Add the best and delete the least useful until both are the same pose."""
+    value = current.value()
+    while True:
+        added = current.best_addition()
+        removed = current.best_removal_after(added)
+        if removed == added:
+            return
+        current.change((removed,), (added,))
+        # Two poses that are worth the same would be exchanged for ever.
+        before, value = value, current.value()
+        if value <= before + SAME * abs(before):
+            return

@@ -1,4 +1,4 @@
-"""Which bound of the cell each pose keeps. One function a bound; `CONSTRAINTS` names them."""
+"""Which bound of the cell each pose keeps. One function a bound; two tables name them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from robocal.planning.capsules import ArmShape, arm_shape, is_hidden, touches_itself
+from robocal.planning.capsules import ArmShape, arm_shape, is_hidden, self_clearance
 from robocal.planning.cell import Cell, Station
 from robocal.robots.robot import Robot
 
@@ -15,6 +15,8 @@ _FIRST_FREE_JOINT = 2
 """Links from here on can come near the floor; those before stand on it"""
 
 Kept = Bool[Array, "pose"]
+Clearance = Float[Array, "pose"]
+"""Distance to a bound, negative beyond it [m]"""
 
 
 @dataclass(frozen=True)
@@ -27,17 +29,18 @@ class PosedArm:
     """Of the capsules [m]."""
 
 
-def in_box(arm: PosedArm) -> Kept | None:
-    """The target is in the workspace box."""
+def box_clearance(arm: PosedArm) -> Clearance | None:
+    """How far the target is inside the workspace box."""
     box = arm.cell.box
     if box is None:
         return None
     low, high = np.array(box.low)[:, None], np.array(box.high)[:, None]
-    return np.asarray(((arm.shape.target >= low) & (arm.shape.target <= high)).all(axis=0))
+    inside = np.minimum(arm.shape.target - low, high - arm.shape.target)
+    return np.asarray(inside.min(axis=0))
 
 
-def above_floor(arm: PosedArm) -> Kept | None:
-    """The arm beyond its second joint is above the floor."""
+def floor_clearance(arm: PosedArm) -> Clearance | None:
+    """How far the arm beyond its second joint is above the floor."""
     floor = arm.cell.floor
     if floor is None:
         return None
@@ -46,12 +49,20 @@ def above_floor(arm: PosedArm) -> Kept | None:
         for segment, joint in zip(arm.shape.segments, arm.shape.joint, strict=True)
         if joint >= _FIRST_FREE_JOINT
     ]
-    return np.asarray(np.min(heights, axis=0) >= floor + arm.radius)
+    return np.asarray(np.min(heights, axis=0) - (floor + arm.radius))
 
 
-def off_itself(arm: PosedArm) -> Kept:
-    """No two links touch."""
-    return ~touches_itself(arm.shape, arm.radius)
+def clearance_of_itself(arm: PosedArm) -> Clearance:
+    """How far the nearest two links are apart."""
+    return self_clearance(arm.shape, arm.radius)
+
+
+CLEARANCES: dict[str, Callable[[PosedArm], Clearance | None]] = {
+    "workspace box": box_clearance,
+    "floor": floor_clearance,
+    "self-collision": clearance_of_itself,
+}
+"""Bounds of every posture, on the way as well as at a pose; None: the cell states none."""
 
 
 def in_range(arm: PosedArm) -> Kept | None:
@@ -85,20 +96,31 @@ def _to_station(arm: PosedArm, station: Station) -> Float[Array, "3 pose"]:
     return np.asarray(np.array(station.position)[:, None] - arm.shape.target)
 
 
-CONSTRAINTS: dict[str, Callable[[PosedArm], Kept | None]] = {
-    "workspace box": in_box,
-    "floor": above_floor,
-    "self-collision": off_itself,
+SIGHTS: dict[str, Callable[[PosedArm], Kept | None]] = {
     "tracker range": in_range,
     "target acceptance": facing_tracker,
     "line of sight": in_sight,
 }
-"""None stands for a bound that the cell does not state."""
+"""What a pose needs to be measured; None: the cell states no tracker."""
+
+CONSTRAINTS = (*CLEARANCES, *SIGHTS)
 
 
 def judge(robot: Robot, cell: Cell, q: Float[Array, "pose joint"]) -> dict[str, Kept]:
     """For each bound that the cell states, the poses that keep it."""
+    arm = posed_arm(robot, cell, q)
+    seen = {name: sight(arm) for name, sight in SIGHTS.items()}
+    kept = {name: clearance >= 0.0 for name, clearance in clearances(arm).items()}
+    return kept | {name: sees for name, sees in seen.items() if sees is not None}
+
+
+def posed_arm(robot: Robot, cell: Cell, q: Float[Array, "pose joint"]) -> PosedArm:
+    """The arm at joint readings, in its cell."""
     floor = 0.0 if cell.floor is None else cell.floor
-    arm = PosedArm(cell, arm_shape(cell.model(robot), q, floor), cell.radius(robot))
-    judged = {name: constraint(arm) for name, constraint in CONSTRAINTS.items()}
-    return {name: kept for name, kept in judged.items() if kept is not None}
+    return PosedArm(cell, arm_shape(cell.model(robot), q, floor), cell.radius(robot))
+
+
+def clearances(arm: PosedArm) -> dict[str, Clearance]:
+    """How far every posture is from each bound that the cell states, negative beyond it [m]."""
+    found = {name: clearance(arm) for name, clearance in CLEARANCES.items()}
+    return {name: gap for name, gap in found.items() if gap is not None}

@@ -18,6 +18,7 @@ from numpy import ndarray as Array
 
 from robocal.planning.chosen_set import Rows
 from robocal.planning.observability import INDICES
+from robocal.progress import counted
 
 DRAWS = 50
 """Random sets a point"""
@@ -68,7 +69,7 @@ def index_curve(J: Rows, seed: int, most: int = MOST_POSES, draws: int = DRAWS) 
     counts = np.arange(-(-n_parameters // n_rows), min(most, n_poses) + 1)
     values = np.empty((len(INDICES), len(counts), draws))
     own = np.swapaxes(J, 1, 2) @ J
-    for point, count in enumerate(counts):
+    for point, count in enumerate(counted("index of random sets", counts, len(counts))):
         sets = [rng.choice(n_poses, size=count, replace=False) for _ in range(draws)]
         M = np.stack([own[chosen].sum(axis=0) for chosen in sets])
         sigma = np.sqrt(np.maximum(np.linalg.eigvalsh(M), 0.0))

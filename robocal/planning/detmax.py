@@ -18,10 +18,8 @@ from jaxtyping import Int
 from numpy import ndarray as Array
 
 from robocal.planning import greedy_exchange
-from robocal.planning.chosen_set import ChosenSet, Selection, outside
-
-_SAME = 1e-10
-"""Figures of merit within this share of each other count as equal; [1]"""
+from robocal.planning.chosen_set import SAME, ChosenSet, Selection, improve, outside
+from robocal.progress import tell
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ def select(selection: Selection) -> Int[Array, "chosen"]:
     current.restart(tuple(found.tolist()))
     value = current.value()
     current.restart(tuple(greedy_exchange.select(selection).tolist()))
-    _improve(current)
+    improve(current)
     return np.array(sorted(current.chosen)) if current.value() > value else found
 
 
@@ -76,9 +74,10 @@ def _search(
     best_value = -np.inf
     stood = 0
     while True:
-        _improve(current)
+        tell("rounds without a better set", stood, settings.d)
+        improve(current)
         value = current.value()
-        if value > best_value + _SAME * abs(best_value) or not best:
+        if value > best_value + SAME * abs(best_value) or not best:
             best, best_value, stood = current.chosen, value, 0
         else:
             stood += 1
@@ -86,21 +85,6 @@ def _search(
                 return np.array(sorted(best))
         exchanged = settings.c if stood >= settings.a else settings.b
         _shake(current, len(selection.J), exchanged, rng)
-
-
-def _improve(current: ChosenSet) -> None:
-    """Add and delete until the pose added is the pose deleted."""
-    value = current.value()
-    while True:
-        added = current.best_addition()
-        removed = current.best_removal_after(added)
-        if removed == added:
-            return
-        current.change((removed,), (added,))
-        # Two poses that are worth the same would be exchanged for ever.
-        before, value = value, current.value()
-        if value <= before + _SAME * abs(before):
-            return
 
 
 def _shake(current: ChosenSet, n_candidates: int, count: int, rng: np.random.Generator) -> None:

@@ -1,4 +1,4 @@
-"""Greedy start, then each pose in turn is exchanged for the best candidate until none moves.
+"""Greedy start, adding and deleting, then each pose in turn is exchanged until none moves.
 
 References
 ----------
@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Int
 from numpy import ndarray as Array
 
-from robocal.planning.chosen_set import Selection
+from robocal.planning.chosen_set import SAME, Selection, improve
 from robocal.planning.determinant import DeterminantSet
 
 _MAX_SWEEPS = 20
@@ -23,12 +23,14 @@ def select(selection: Selection) -> Int[Array, "chosen"]:
         growing.change((), (growing.best_addition(),))
     current = selection.merit(selection.J)
     current.restart(growing.chosen)
+    improve(current)
     value = current.value()
     for _ in range(_MAX_SWEEPS):
         for old in current.chosen:
-            current.change((old,), ())
-            current.change((), (current.best_addition(),))
+            new = current.best_addition_without(old)
+            if new != old:
+                current.change((old,), (new,))
         before, value = value, current.value()
-        if value <= before + 1e-12 * abs(before):
+        if value <= before + SAME * abs(before):
             break
     return np.array(sorted(current.chosen))

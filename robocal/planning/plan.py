@@ -8,6 +8,7 @@ from numpy import ndarray as Array
 
 from robocal.errors import BadInput, NoAnswer
 from robocal.planning.candidates import UNBOUND, draw_candidates
+from robocal.planning.cell import Cell
 from robocal.planning.chosen_set import Selection
 from robocal.planning.curve import IndexCurve, index_curve
 from robocal.planning.number import poses_until
@@ -76,7 +77,9 @@ def make_plan(request: PlanRequest) -> Plan:
     )
 
 
-def plan_poses(robot: Robot, count: int, seed: int) -> Float[Array, "pose joint"]:
+def plan_poses(
+    robot: Robot, count: int, seed: int, cell: Cell = UNBOUND
+) -> Float[Array, "pose joint"]:
     """Joint readings to measure, in order of travel: DETMAX for O1, positions seen.
 
     Fewer poses than the parameters need are allowed here: they are the most informative ones.
@@ -89,6 +92,8 @@ def plan_poses(robot: Robot, count: int, seed: int) -> Float[Array, "pose joint"
         Number of poses.
     seed
         Of candidates and search; the same seed gives the same poses.
+    cell
+        What bounds the poses.
 
     Raises
     ------
@@ -96,7 +101,7 @@ def plan_poses(robot: Robot, count: int, seed: int) -> Float[Array, "pose joint"
         If hardly any pose is admissible.
     """
     candidates = max(_SERVICE_CANDIDATES, 4 * count)
-    request = PlanRequest(robot, UNBOUND, "O1", "detmax", candidates, seed, count)
+    request = PlanRequest(robot, cell, "O1", "detmax", candidates, seed, count)
     q = draw_candidates(robot, candidates, np.random.default_rng(seed), request.cell)
     rows = pose_rows(robot, request.cell, q)
     make_set = merit(request.merit, np.empty((0, 3, len(rows.scale))))

@@ -4,23 +4,16 @@ from pathlib import Path
 
 import numpy as np
 
-from robocal.errors import BadInput
 from robocal.formats.measurements_csv import approach_columns, joint_columns
-from robocal.formats.table import write_table
+from robocal.formats.table import table_text
 from robocal.planning.observability import INDICES
 from robocal.planning.plan import Plan
 from robocal.planning.prediction import COVERAGE
 from robocal.planning.relaxed import relaxed_design
 
 
-def write_plan_csv(path: Path, plan: Plan) -> None:
-    """One row a visit, in order; columns as in measurements.csv.
-
-    Raises
-    ------
-    BadInput
-        If the file cannot be written.
-    """
+def plan_csv(plan: Plan) -> str:
+    """One row a visit, in order; columns as in measurements.csv."""
     visits, robot = plan.visits, plan.request.robot
     columns: dict[str, list[str]] = {
         "pose": [str(number) for number in visits.pose],
@@ -34,10 +27,7 @@ def write_plan_csv(path: Path, plan: Plan) -> None:
             columns[name] = [str(sign) for sign in visits.approach[:, joint]]
     if visits.payload is not None:
         columns["payload_kg"] = [f"{mass:g}" for mass in visits.payload]
-    try:
-        write_table(path, columns)
-    except OSError as error:
-        raise BadInput(str(path), f"cannot be written: {error.strerror}") from None
+    return table_text(columns)
 
 
 def plan_document(plan: Plan) -> dict[str, object]:
@@ -85,7 +75,11 @@ def plan_lines(plan: Plan, out: Path) -> list[str]:
     ]
     for name in INDICES:
         count = plan.curve.settled_count(name)
-        lines.append(f"{name} of random sets settles at {count or 'no number'} poses")
+        lines.append(
+            f"{name} of random sets settles at {count} poses"
+            if count
+            else f"{name} of random sets does not settle up to {plan.curve.counts[-1]} poses"
+        )
     return lines
 
 

@@ -55,14 +55,24 @@ class PredictionSet:
 
     def best_addition(self) -> int:
         """The candidate outside that lowers the variance most."""
-        solved = times_columns(self._inverse, self._columns)
+        return self._best_addition(self._inverse, self.chosen)
+
+    def best_addition_without(self, old: int) -> int:
+        """The candidate that lowers the variance most once `old` has gone; may be `old` itself."""
+        kept = tuple(member for member in self._chosen if member != old)
+        return self._best_addition(np.linalg.inv(information(self._J, kept)), kept)
+
+    def _best_addition(
+        self, inverse: Float[Array, "parameter parameter"], chosen: tuple[int, ...]
+    ) -> int:
+        solved = times_columns(inverse, self._columns)
         seen = times_columns(self._factor, solved).reshape(self._shape)
         S = np.einsum(
             "lan,lbn->nab", self._columns.reshape(self._shape), solved.reshape(self._shape)
         )
         T = np.einsum("lan,lbn->nab", seen, seen)
         gain = np.einsum("nii->n", np.linalg.solve(self._eye + S, T))
-        gain[self._chosen] = -np.inf
+        gain[list(chosen)] = -np.inf
         return int(np.argmax(gain))
 
     def best_removal_after(self, added: int) -> int:

@@ -56,6 +56,11 @@ class SpectrumSet:
         M = self._M + self._J[added].T @ self._J[added]
         return self._best(M, np.array(sorted((*self._chosen, added))), -1.0)
 
+    def best_addition_without(self, old: int) -> int:
+        """The candidate that makes the index largest once `old` has gone; may be `old` itself."""
+        kept = tuple(member for member in self._chosen if member != old)
+        return self._best(information(self._J, kept), outside(len(self._J), kept), 1.0)
+
     def value(self) -> float:
         """The index."""
         return float(self._judge(np.linalg.eigvalsh(self._M)))

@@ -1,6 +1,6 @@
 """An identification together with the rows that it was made of, linearised at its solution."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -36,6 +36,8 @@ class FittedRows:
     measured: MeasurementSet
     rows: Observations
     prior_precision: Float[Array, "free"]
+    drift_errors: Float[Array, "row 6 noise"] | None
+    """What the fixed nests' noise leaves in the rows; None where no drift was removed."""
 
     @property
     def cell(self) -> CellModel:
@@ -63,17 +65,26 @@ class FittedRows:
         """C M C over all parameters: what errors with information M do to the estimate."""
         n = len(self.cell.names)
         full = np.zeros((n, n))
-        full[np.ix_(self.free, self.free)] = self.covariance @ inner @ self.covariance
+        # By a root, as rounding leaves negative variances where C is open by metres.
+        values, vectors = np.linalg.eigh(inner)
+        half = self.covariance @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+        full[np.ix_(self.free, self.free)] = half @ half.T
         return full
 
 
 def fitted_rows(bundle: Bundle, result: Identification) -> FittedRows:
     """Take up an identification again: its rows less the rejected ones, its priors."""
-    choices = replace(bundle.choices, fixed=bundle.choices.fixed | result.fixed)
-    ready = prepare(bundle, choices)
+    ready = prepare(bundle, result.choices)
     rejected = [row.line for row in result.rejected]
     used = ~ready.rows.held_out & ~np.isin(ready.rows.lines, rejected)
     std = prior_std(result.cell, ready.choices)[result.free]
     with np.errstate(divide="ignore"):
         precision = np.where(np.isfinite(std), 1.0 / std**2, 0.0)
-    return FittedRows(bundle, result, ready.rows.rows(used), ready.observe(bundle, used), precision)
+    return FittedRows(
+        bundle,
+        result,
+        ready.rows.rows(used),
+        ready.observe(bundle, used),
+        precision,
+        ready.drift_errors(used),
+    )

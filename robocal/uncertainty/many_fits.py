@@ -84,6 +84,7 @@ def fit_many(
     n_draws = prior_mean.shape[1]
     free, precision = estimator.free, estimator.prior_precision
     vectors = np.repeat(estimator.cell.vector[:, None], n_draws, axis=1)
+    before = np.full(n_draws, _SETTLED)
     for _ in range(_MAX_ITERATIONS):
         hessian, descent, chi_square = _linearise(estimator, readings, vectors)
         away = vectors[free] - prior_mean
@@ -97,6 +98,11 @@ def fit_many(
         if settled.all():
             break
         vectors[free] += step.T
+        # Where the steps shrink, the next one would promise no more than this one in proportion.
+        settled = promised * np.minimum(promised / before, 1.0) <= _SETTLED
+        if settled.all():
+            break
+        before = promised
     inverse = np.linalg.inv(scaled) / (scale[:, :, None] * scale[:, None, :])
     return ManyFits(vectors, inverse, chi_square, settled)
 

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
+from robocal.progress import tell
 from robocal.uncertainty.coverage import (
     Interval,
     numerical_tolerance,
@@ -92,6 +93,7 @@ def sample_adaptively(
     size = max(block, int(np.ceil(100.0 / (1.0 - stopping.coverage))))
     stable = False
     while not stable and len(parts) < stopping.most_blocks:
+        tell("blocks of draws", len(parts))
         parts.append(draws(block_generator(seed, len(parts)), size))
         figures.append(_figures(parts[-1], stopping.coverage))
         stable = len(parts) >= _FEWEST_BLOCKS and _is_stable(figures, stopping)

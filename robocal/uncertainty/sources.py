@@ -19,6 +19,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from robocal.errors import NoAnswer
+from robocal.identification.drift_errors import drift_information
 from robocal.identification.priors import WIDE_ANGLE, WIDE_LENGTH
 from robocal.identification.problem import whitened_blocks
 from robocal.uncertainty.budget import ReadingsBy
@@ -157,6 +158,13 @@ def _shared(fit: FittedRows) -> Iterator[Source]:
         "instrument, length scale", Evaluated.type_b, f"{budget.scale * 1e6:g} ppm", np.inf,
         fit.spread(np.outer(along, along)),
     )  # fmt: skip
+    if fit.drift_errors is not None:
+        left = np.sqrt(np.mean((fit.drift_errors[:, :3] ** 2).sum(axis=(1, 2))) / 3.0)
+        yield Source(
+            "station drift, as the fixed nests show it", Evaluated.type_b,
+            f"{left * 1e3:.2g} mm", np.inf,
+            fit.spread(drift_information(fit.cell, fit.rows, fit.free, fit.drift_errors)),
+        )  # fmt: skip
     growth = expansion_direction(fit) * budget.expansion * budget.temperature
     yield Source(
         TEMPERATURE, Evaluated.type_b, f"{budget.temperature:g} degC", np.inf,

@@ -12,7 +12,7 @@ _POSE, _POSITION = 6, 3
 
 def require_enough(robot: Robot, count: int) -> None:
     """Refuse a number of poses that no tracker makes sufficient; raises `Unusable`."""
-    least = _least_poses(robot, _POSE)
+    least = least_poses(robot)
     if count < least:
         raise Unusable(
             f"body poses: {count} cannot determine robot '{robot.name}': with "
@@ -20,6 +20,11 @@ def require_enough(robot: Robot, count: int) -> None:
             f"or {_least_poses(robot, _POSITION)} where the tracker sees no orientation; "
             "twice that is sensible."
         )
+
+
+def least_poses(robot: Robot) -> int:
+    """Fewest planned poses that can determine a robot, orientation seen."""
+    return _least_poses(robot, _POSE)
 
 
 def _least_poses(robot: Robot, numbers: int) -> int:

@@ -7,11 +7,10 @@ which a browser stops coming back.
 
 import json
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass
 
 import anyio
-import anyio.to_thread
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -49,12 +48,17 @@ def look(database: Database, number: int, since: int) -> Look:
 
 
 async def stream(
-    database: Database, number: int, since: int, *, poll_s: float, heartbeat_s: float
+    look_after: Callable[[int, int], Awaitable[Look]],
+    number: int,
+    since: int,
+    *,
+    poll_s: float,
+    heartbeat_s: float,
 ) -> AsyncIterator[str]:
-    """Events until the campaign ends or the client goes."""
+    """Events until the campaign ends or the client goes; `look_after` may be shared by pages."""
     silent_since = time.monotonic()
     while True:
-        seen = await anyio.to_thread.run_sync(look, database, number, since)
+        seen = await look_after(number, since)
         if seen.campaign.revision > since:
             since = seen.campaign.revision
             silent_since = time.monotonic()

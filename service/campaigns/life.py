@@ -10,12 +10,14 @@ from dataclasses import dataclass
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from service.campaigns.models import ENDED, CampaignState
+from service.campaigns.models import ENDED, CampaignKind, CampaignState
 from service.clock import utc_now
 from service.db.models import CampaignRow, CellRow, PoseRow
 from service.errors import Conflict, NotFound
 from service.jobs.queue import Claim, JobEnd, JobKind, JobQueue
 from service.jobs.watch import Cause
+from service.webhooks.models import WebhookEvent
+from service.webhooks.outbox import announce
 
 
 def find(session: Session, number: int) -> CampaignRow:
@@ -64,11 +66,20 @@ class WorkersSide:
         row = self._row(session)
         self.queue.end(session, self.claim, JobEnd.done, "")
         self.queue.enqueue(session, row.id, row.cell, JobKind.analyse)
-        _disarm(session, row.cell)
+        # A follow-up may ask for more poses; it is over, and disarmed, when the cause is named.
+        if row.kind != CampaignKind.follow_up:
+            _disarm(session, row.cell)
 
-    def finish(self, session: Session) -> None:
-        """All results are stored."""
-        self._end(session, CampaignState.finished, JobEnd.done, "")
+    def go_on(self, session: Session, kind: JobKind) -> None:
+        """End this job and queue the campaign's next one."""
+        row = self._row(session)
+        self.queue.end(session, self.claim, JobEnd.done, "")
+        self.queue.enqueue(session, row.id, row.cell, kind)
+        advance(row)
+
+    def finish(self, session: Session, reason: str = "") -> None:
+        """All results are stored; the reason says what could not be computed."""
+        self._end(session, CampaignState.finished, JobEnd.done, reason)
 
     def wished_stop(self, session: Session) -> Cause | None:
         """Whether a person wants the job to stop."""
@@ -91,8 +102,8 @@ class WorkersSide:
     def _end(self, session: Session, state: CampaignState, end: JobEnd, reason: str) -> None:
         self._leave(session, state, end, reason)
         row = session.get_one(CampaignRow, self.claim.campaign)
-        row.finished = utc_now()
-        if self.claim.kind is JobKind.collect:
+        _close(session, row)
+        if self.claim.kind is JobKind.collect or row.kind == CampaignKind.follow_up:
             _disarm(session, row.cell)
 
 
@@ -132,7 +143,7 @@ def abort(session: Session, queue: JobQueue, number: int) -> CampaignRow:
         return row
     queue.withdraw(session, number, JobEnd.cancelled)
     _enter(row, CampaignState.aborted, "aborted by a person")
-    row.finished = utc_now()
+    _close(session, row)
     # The operator's leave is the cell's, and another campaign may be moving under it.
     if not queue.is_driven(session, row.cell):
         _disarm(session, row.cell)
@@ -177,6 +188,13 @@ def _enter(row: CampaignRow, state: CampaignState, reason: str = "") -> None:
     advance(row)
 
 
+def _close(session: Session, row: CampaignRow) -> None:
+    """Note the end, and tell those who want to hear of it."""
+    row.finished = utc_now()
+    content = {"id": row.id, "kind": row.kind, "state": row.state, "reason": row.reason}
+    announce(session, WebhookEvent.campaign_finished, row.cell, {"campaign": content})
+
+
 def _disarm(session: Session, cell: str | None) -> None:
     session.execute(update(CellRow).where(CellRow.name == cell).values(armed=False))
 
@@ -185,7 +203,7 @@ def _skip(session: Session, number: int) -> None:
     pose = open_pose(session, number)
     if pose is None:
         raise Conflict(f"Campaign {number} has no pose left to skip.")
-    pose.state = "skipped"
+    pose.state, pose.reason = "skipped", "left out by a person"
 
 
 def _require(row: CampaignRow, action: str, states: set[CampaignState]) -> None:

@@ -4,46 +4,27 @@ import csv
 import io
 import math
 import zipfile
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import yaml
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from service.cells import store as cells
-from service.cells.models import TrackerSettings
-from service.db.models import BundleRow, CampaignRow, PoseRow, ReadingRow
+from service.campaigns.lineage import lineage, starts_s
+from service.campaigns.pooled import pooled
+from service.campaigns.table import MeasurementTable, Value
+from service.cells.models import NewCell
+from service.db.models import BundleRow, CampaignRow, PoseRow, ReadingRow, ReferenceRow
 
 ROBOT, CAMPAIGN, MEASUREMENTS = "robot.yaml", "campaign.yaml", "measurements.csv"
 HELD_OUT_FRACTION = 0.25
 _ZIP_DATE = (1980, 1, 1, 0, 0, 0)
 _SECONDS = ("motion_s", "settling_s", "measuring_s", "overhead_s")
+_QUATERNION = ("qw", "qx", "qy", "qz")
+PURPOSE_REFERENCE = "reference"
 _TEXT_COLUMNS = ("target", "split")
 _REMARK = "note_"
 _FILE_UNIT = {"deg": 180.0 / math.pi, "mm": 1e3}
-
-Value = float | int | str | None
-
-
-@dataclass(frozen=True)
-class MeasurementTable:
-    """Rows under column names of measurements.csv."""
-
-    columns: tuple[str, ...]
-    rows: tuple[tuple[Value, ...], ...]
-
-    def csv(self) -> str:
-        """Return the text of measurements.csv."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows(self.rows)
-        return text.getvalue()
-
-    def objects(self) -> list[dict[str, Value]]:
-        """One mapping per row."""
-        return [dict(zip(self.columns, row, strict=True)) for row in self.rows]
 
 
 def measurements_csv(session: Session, row: CampaignRow) -> str:
@@ -66,27 +47,46 @@ def measurement_table(session: Session, row: CampaignRow) -> MeasurementTable:
     )
 
 
+def joint_readings(session: Session, row: CampaignRow) -> list[list[float]]:
+    """Joints at which a campaign measured, driven or imported [rad or m]."""
+    if session.get(BundleRow, row.id) is None:
+        chain = lineage(session, row)
+        return [reading.joints for one in chain for reading in _readings(session, one)]
+    table = _read_csv(measurements_csv(session, row))
+    names = [f"j{i}_{unit}" for i, unit in enumerate(row.joint_units, start=1)]
+    places = [table.columns.index(name) for name in names]
+    scale = [1.0 / _FILE_UNIT[unit] for unit in row.joint_units]
+    return [
+        [float(cells[k] or 0.0) * s for k, s in zip(places, scale, strict=True)]
+        for cells in table.rows
+    ]
+
+
 def _measured(session: Session, row: CampaignRow) -> MeasurementTable:
-    readings = _readings(session, row)
-    with_orientation = any(reading.orientation is not None for reading in readings)
-    columns = _columns(row.joint_units, with_orientation=with_orientation)
+    seen = _seen(session, row)
+    with_orientation = any(entry.row.orientation is not None for entry in seen)
+    with_target = _cell_of(row).references is not None
+    columns = _columns(row.joint_units, with_orientation=with_orientation, with_target=with_target)
+    values = [_values(entry, row.joint_units) for entry in seen]
     return MeasurementTable(
-        columns,
-        tuple(
-            _row(reading, row.joint_units, with_orientation=with_orientation)
-            for reading in readings
-        ),
+        columns, tuple(tuple(entry.get(name) for name in columns) for entry in values)
     )
+
+
+def _pooled(session: Session, row: CampaignRow) -> MeasurementTable:
+    """A follow-up's rows behind those of the campaigns that it follows."""
+    chain = lineage(session, row)
+    if len(chain) == 1:
+        return _measured(session, row)
+    return pooled([_measured(session, one) for one in chain], starts_s(session, chain))
 
 
 def bundle_files(session: Session, row: CampaignRow) -> dict[str, bytes]:
     """Return the files of a driven campaign's bundle, the same bytes every time."""
-    assert row.cell is not None
-    tracker = cells.settings_of(cells.find(session, row.cell)).tracker
     return {
         ROBOT: row.robot_yaml.encode(),
-        CAMPAIGN: _campaign_yaml(tracker, row.seed).encode(),
-        MEASUREMENTS: _measured(session, row).csv().encode(),
+        CAMPAIGN: _campaign_yaml(_cell_of(row), row.seed).encode(),
+        MEASUREMENTS: _pooled(session, row).csv().encode(),
     }
 
 
@@ -115,28 +115,54 @@ def _course(session: Session, row: CampaignRow) -> MeasurementTable:
         ("purpose", "attempt", "spread_mm", *_SECONDS),
         tuple(
             (
-                purposes[reading.idx],
-                reading.attempt,
-                round(reading.spread * 1e3, 6),
-                *(round(getattr(reading, name), 4) for name in _SECONDS),
+                purposes[entry.reading.idx],
+                entry.reading.attempt,
+                round(entry.row.spread * 1e3, 6),
+                *(round(getattr(entry.row, name), 4) for name in _SECONDS),
             )
-            for reading in _readings(session, row)
+            if isinstance(entry.row, ReadingRow)
+            else (PURPOSE_REFERENCE, None, round(entry.row.spread * 1e3, 6), *[None] * 4)
+            for entry in _seen(session, row)
         ),
     )
 
 
-def _readings(session: Session, row: CampaignRow) -> list[ReadingRow]:
-    return list(
-        session.scalars(
-            select(ReadingRow)
-            .where(ReadingRow.campaign == row.id)
-            .order_by(ReadingRow.repeat, ReadingRow.idx)
-        )
+@dataclass(frozen=True)
+class _Seen:
+    """A reading, or one of a fixed nest beside the robot's pose at that time."""
+
+    row: ReadingRow | ReferenceRow
+    reading: ReadingRow
+
+
+def _seen(session: Session, row: CampaignRow) -> list[_Seen]:
+    """Everything that the tracker read, in the order of time."""
+    nests = session.scalars(
+        select(ReferenceRow).where(ReferenceRow.campaign == row.id).order_by(ReferenceRow.id)
     )
+    after: dict[int, list[ReferenceRow]] = {}
+    for nest in nests:
+        after.setdefault(nest.after_readings, []).append(nest)
+    seen = []
+    for number, reading in enumerate(_readings(session, row), start=1):
+        seen.append(_Seen(reading, reading))
+        seen += [_Seen(nest, reading) for nest in after.get(number, [])]
+    return seen
 
 
-def _campaign_yaml(tracker: TrackerSettings, seed: int) -> str:
-    document = {
+def _readings(session: Session, row: CampaignRow) -> list[ReadingRow]:
+    query = select(ReadingRow).where(ReadingRow.campaign == row.id).order_by(ReadingRow.id)
+    return list(session.scalars(query))
+
+
+def _cell_of(row: CampaignRow) -> NewCell:
+    """Return the cell as it was when the campaign was made."""
+    return NewCell.model_validate(row.cell_document)
+
+
+def _campaign_yaml(cell: NewCell, seed: int) -> str:
+    tracker = cell.tracker
+    document: dict[str, object] = {
         "robot": ROBOT,
         "instrument": {
             "kind": tracker.kind,
@@ -147,46 +173,59 @@ def _campaign_yaml(tracker: TrackerSettings, seed: int) -> str:
         "gravity": [0, 0, -1],
         "held_out": {"fraction": HELD_OUT_FRACTION, "seed": seed},
     }
+    if cell.references is not None:
+        document["targets"] = {nest.name: {"fixed": True} for nest in cell.references.nests}
     return yaml.safe_dump(document, sort_keys=False)
 
 
-def _columns(joint_units: list[str], *, with_orientation: bool) -> tuple[str, ...]:
+def _columns(
+    joint_units: list[str], *, with_orientation: bool, with_target: bool
+) -> tuple[str, ...]:
     numbered = list(enumerate(joint_units, start=1))
     return (
         "pose",
         "repeat",
+        *(("target",) if with_target else ()),
         *(f"j{i}_{unit}" for i, unit in numbered),
         *("x_mm", "y_mm", "z_mm"),
-        *(("qw", "qx", "qy", "qz") if with_orientation else ()),
-        *("t_s", "temperature_degc"),
+        *(_QUATERNION if with_orientation else ()),
+        *("t_s", "temperature_degc", "payload_kg"),
         *(f"approach{i}" for i, _ in numbered),
         *("speed", "settle_s"),
         *(f"cmd{i}_{unit}" for i, unit in numbered),
     )
 
 
-def _row(reading: ReadingRow, units: list[str], *, with_orientation: bool) -> tuple[Value, ...]:
-    orientation: Iterable[Value] = ()
-    if with_orientation:
-        orientation = (None,) * 4
-        if reading.orientation is not None:
-            orientation = [round(part, 10) for part in reading.orientation]
-    return (
-        reading.idx,
-        reading.repeat,
-        *_in_file_units(reading.joints, units),
-        *(round(part * 1e3, 6) for part in reading.position),
-        *orientation,
-        round(reading.t_s, 3),
-        reading.temperature_degc,
-        *reading.approach,
-        round(reading.speed, 6),
-        round(reading.settle_s, 4),
-        *_in_file_units(reading.commanded, units),
-    )
+def _values(seen: _Seen, units: list[str]) -> dict[str, Value]:
+    """Return the cells of one row by their columns; what a nest's row lacks is missing."""
+    row = seen.row
+    numbered = list(enumerate(units, start=1))
+    joints = in_file_units(row.joints, units)
+    values: dict[str, Value] = {
+        "pose": seen.reading.idx,
+        "repeat": seen.reading.repeat,
+        "t_s": round(row.t_s, 3),
+        "temperature_degc": row.temperature_degc,
+        **{f"j{i}_{unit}": q for (i, unit), q in zip(numbered, joints, strict=True)},
+        **{f"{axis}_mm": round(p * 1e3, 6) for axis, p in zip("xyz", row.position, strict=True)},
+    }
+    if row.orientation is not None:
+        parts = zip(_QUATERNION, row.orientation, strict=True)
+        values |= {name: round(part, 10) for name, part in parts}
+    if isinstance(row, ReferenceRow):
+        return values | {"target": row.target}
+    commanded = in_file_units(row.commanded, units)
+    return values | {
+        "payload_kg": row.payload_kg,
+        **{f"approach{i}": sign for i, sign in enumerate(row.approach, start=1)},
+        "speed": round(row.speed, 6),
+        "settle_s": round(row.settle_s, 4),
+        **{f"cmd{i}_{unit}": q for (i, unit), q in zip(numbered, commanded, strict=True)},
+    }
 
 
-def _in_file_units(joints: list[float], units: list[str]) -> list[float]:
+def in_file_units(joints: list[float], units: list[str]) -> list[float]:
+    """Return joint readings [rad, m] in the units of files."""
     return [round(q * _FILE_UNIT[unit], 9) for q, unit in zip(joints, units, strict=True)]
 
 

@@ -1,9 +1,9 @@
 """A campaign as it goes over HTTP."""
 
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt
 
 from service.cells.models import CellName, Strict
 
@@ -36,6 +36,17 @@ class CampaignState(StrEnum):
 ENDED = frozenset({CampaignState.finished, CampaignState.aborted, CampaignState.failed})
 
 
+class CriterionSettings(Strict):
+    """What a verification must reach for its version to count as verified (ISO 9283)."""
+
+    pose_accuracy_mean_mm: PositiveFloat = 0.25
+    """Largest mean of the pose accuracies AP_p."""
+    pose_accuracy_max_mm: PositiveFloat = 0.5
+    """Largest single AP_p."""
+    poses: PositiveInt = 5
+    """Fewest poses on which it is judged."""
+
+
 class NewCampaign(Strict):
     """A campaign to be driven."""
 
@@ -44,14 +55,31 @@ class NewCampaign(Strict):
     poses: (
         Annotated[int, Field(ge=1, le=MOST_POSES)]
         | Annotated[list[JointColumns], Field(min_length=1, max_length=MOST_POSES)]
-    )
-    """A number, to have the poses planned, or the poses themselves."""
+        | None
+    ) = None
+    """A number, to have the poses planned, or the poses themselves. A follow-up drives those that
+    the diagnosis asks for, at most this many a round; its own ones may be given."""
+    follows: Annotated[int, Field(ge=1, lt=2**31)] | None = None
+    """The campaign whose diagnosis a follow-up is to make surer."""
+    rounds: Annotated[int, Field(ge=1, le=10)] | None = None
+    """How often a follow-up diagnoses and asks for further poses while causes remain open."""
     repeats: Annotated[int, Field(ge=1, le=100)] = 1
     """How often the whole series is driven: a repeat is a new visit, not a second look."""
     settle_s: Annotated[float, Field(ge=0, le=600)] = 0.5
     """Least time between standing still and reading, on the robot's clock."""
+    approach_deg: Annotated[float, Field(ge=0, le=20)] = 2.0
+    """How far before each pose every joint begins its last move, from a side that changes with
+    poses and repeats; 0: it comes straight from the pose before."""
+    approach_mm: Annotated[float, Field(ge=0, le=50)] = 5.0
+    """The same of a sliding joint."""
+    payload_kg: Annotated[float, Field(ge=0, le=10_000)] | None = None
+    """What the robot carries beside its own links; null: not known."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] | None = None
     """Of planning and of the held-out rows; the campaign's number if not given."""
+    parameters_version: Annotated[int, Field(ge=1, lt=2**31)] | None = None
+    """Which version a verification is about; the newest that is not superseded if not given."""
+    criterion: CriterionSettings | None = None
+    """Of a verification."""
 
 
 class Accepted(BaseModel):
@@ -68,6 +96,46 @@ class Resumption(Strict):
     """Leave out the pose at which the campaign stands."""
 
 
+class Repeatable(StrEnum):
+    """Results that can be computed again."""
+
+    identification = "identification"
+    diagnosis = "diagnosis"
+
+
+ParameterName = Annotated[str, Field(pattern=r"^[a-z_]+[a-z0-9_]*$", max_length=40)]
+
+
+OwnPrior = Annotated[str, Field(pattern=r"^[a-z0-9_]+=[0-9.eE+-]+$", max_length=60)]
+
+
+class IdentificationWish(Strict):
+    """Settings of an identification, as `robocal identify` takes them."""
+
+    strategy: Literal["cross", "simultaneous"] = "simultaneous"
+    fix: Annotated[tuple[ParameterName, ...], Field(max_length=200)] = ()
+    """Parameters that keep their nominal value: `d_4`."""
+    free: Annotated[tuple[ParameterName, ...], Field(max_length=200)] = ()
+    """Parameters without a prior: `a_2`."""
+    prior: Annotated[tuple[OwnPrior, ...], Field(max_length=200)] = ()
+    """Own standard deviations: `a_2_mm=0.2`."""
+
+
+class Computation(BaseModel):
+    """A result that is computed again."""
+
+    id: int
+    campaign: int
+    result: Repeatable
+    settings: dict[str, Any]
+    state: str
+    """queued, running, done, failed, cancelled"""
+    reason: str
+    """Why it failed."""
+    created: str
+    finished: str | None
+
+
 class Campaign(BaseModel):
     """A campaign and its progress."""
 
@@ -78,6 +146,8 @@ class Campaign(BaseModel):
     done: int
     """Readings taken, of `total`."""
     total: int
+    skipped: int
+    """Poses left out; `/poses` says why."""
     remaining_s: float | None
     """Estimated from the readings so far; null before the first."""
     reason: str
@@ -87,6 +157,10 @@ class Campaign(BaseModel):
     settle_s: float
     seed: int
     parameters_version: int | None
+    criterion: CriterionSettings | None = None
+    """What a verification must reach."""
+    follows: int | None = None
+    rounds: int = 1
     created: str
     started: str | None
     finished: str | None
@@ -98,6 +172,35 @@ class Campaigns(BaseModel):
     campaigns: list[Campaign]
     next_before: int | None
     """`?before=` of the next page; null on the last one."""
+
+
+class PoseState(StrEnum):
+    """What became of a pose."""
+
+    planned = "planned"
+    measured = "measured"
+    skipped = "skipped"
+
+
+class Pose(BaseModel):
+    """One pose of a campaign's plan."""
+
+    pose: int
+    state: PoseState
+    purpose: str
+    attempts: int
+    """How often the robot was sent there, over all repeats."""
+    reason: str
+    """Why it was skipped."""
+    joints: dict[str, float]
+    """Commanded, by column name."""
+
+
+class Poses(BaseModel):
+    """The poses of a campaign in the order of the visits."""
+
+    campaign: int
+    poses: list[Pose]
 
 
 class Measurements(BaseModel):

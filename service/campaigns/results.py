@@ -6,7 +6,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from service.campaigns import life
-from service.db.models import ResultRow
+from service.db.models import ResultFileRow, ResultRow
 from service.errors import NotFound
 
 
@@ -16,6 +16,8 @@ class ResultKind(StrEnum):
     identification = "identification"
     uncertainty = "uncertainty"
     verification = "verification"
+    diagnosis = "diagnosis"
+    health = "health"
 
 
 def newest(session: Session, campaign: int, kind: ResultKind) -> ResultRow:
@@ -33,3 +35,15 @@ def newest(session: Session, campaign: int, kind: ResultKind) -> ResultRow:
             f"Campaign {campaign} ({row.kind}) has no {kind}; it is {row.state}{because}."
         )
     return result
+
+
+def diagnosis_file(session: Session, campaign: int, name: str) -> bytes:
+    """Return a file of the newest diagnosis; raises `NotFound`."""
+    result = newest(session, campaign, ResultKind.diagnosis)
+    file = session.get(ResultFileRow, (result.id, name))
+    if file is None:
+        raise NotFound(
+            f"The diagnosis of campaign {campaign} has no {name}: it leaves no choice between "
+            "causes that further poses would settle."
+        )
+    return file.content

@@ -1,37 +1,49 @@
 """REST: campaigns and what came of them."""
 
+import sys
 from http import HTTPStatus
 from typing import Annotated
 
 import anyio.to_thread
-from fastapi import APIRouter, Body, Header, Query, Request, Response
-from fastapi.responses import JSONResponse, StreamingResponse
+from fastapi import APIRouter, Body, Depends, Header, Query, Request, Response
+from fastapi.responses import StreamingResponse
 
-from service.campaigns import events, imports, life, measurements, results, store
+from service.campaigns import events, imports, life, measurements, poses, store
 from service.campaigns.models import (
     Accepted,
     Campaign,
+    CampaignKind,
     Campaigns,
     CampaignState,
     Measurements,
     NewCampaign,
-    ResultDocument,
+    Poses,
+    PoseState,
     Resumption,
 )
-from service.campaigns.results import ResultKind
+from service.campaigns.shared_looks import SharedLooks
 from service.campaigns.unzip import UnpackLimits
 from service.campaigns.upload import received
-from service.db.engine import Database
 from service.db.models import CampaignRow
 from service.dependencies import (
     DatabaseDependency,
     IdempotencyKey,
+    Moment,
     OnceDependency,
+    PageSize,
     QueueDependency,
     RowNumber,
     SettingsDependency,
     once_of,
 )
+
+
+async def _looks(request: Request) -> SharedLooks:
+    looks: SharedLooks = request.app.state.looks
+    return looks
+
+
+LooksDependency = Annotated[SharedLooks, Depends(_looks)]
 
 router = APIRouter(prefix="/campaigns", tags=["campaigns"])
 
@@ -51,6 +63,8 @@ def create_campaign(wanted: NewCampaign, once: OnceDependency, queue: QueueDepen
     status_code=HTTPStatus.ACCEPTED,
     response_model=Accepted,
     openapi_extra={"requestBody": {"required": True, "content": _ZIP}},
+    # The setting upload_max_mb bounds it while it is received.
+    max_body_size=sys.maxsize,
 )
 async def import_bundle(
     request: Request,
@@ -85,12 +99,17 @@ async def import_bundle(
 def list_campaigns(
     database: DatabaseDependency,
     cell: str | None = None,
+    kind: CampaignKind | None = None,
+    state: CampaignState | None = None,
+    since: Annotated[
+        Moment | None, Query(description="made at or after this moment; UTC without a zone")
+    ] = None,
     before: Annotated[RowNumber | None, Query(description="campaigns older than this one")] = None,
-    limit: Annotated[int, Query(ge=1, le=200)] = 50,
+    limit: PageSize = 50,
 ) -> Campaigns:
     """Campaigns, newest first, a page at a time."""
     with database.read() as session:
-        found = store.page(session, cell, before, limit)
+        found = store.page(session, store.Filter(cell, kind, state, since), before, limit)
     return Campaigns(campaigns=found, next_before=found[-1].id if len(found) == limit else None)
 
 
@@ -131,6 +150,7 @@ def abort_campaign(campaign: RowNumber, once: OnceDependency, queue: QueueDepend
 def campaign_events(
     campaign: RowNumber,
     database: DatabaseDependency,
+    looks: LooksDependency,
     settings: SettingsDependency,
     last_event_id: Annotated[RowNumber, Header()] = 0,
 ) -> Response:
@@ -139,7 +159,7 @@ def campaign_events(
     if seen.ended and seen.campaign.revision <= last_event_id:
         return Response(status_code=HTTPStatus.NO_CONTENT)
     stream = events.stream(
-        database,
+        looks.after,
         campaign,
         last_event_id,
         poll_s=settings.events_poll_s,
@@ -170,6 +190,15 @@ def get_measurements(
     return Response(document.model_dump_json(), media_type="application/json")
 
 
+@router.get("/{campaign}/poses")
+def get_poses(
+    campaign: RowNumber, database: DatabaseDependency, state: PoseState | None = None
+) -> Poses:
+    """The planned poses, what became of each, and why one was skipped."""
+    with database.read() as session:
+        return poses.poses(session, life.find(session, campaign), state)
+
+
 @router.get("/{campaign}/bundle", response_class=Response, responses={200: {"content": _ZIP}})
 def get_bundle(campaign: RowNumber, database: DatabaseDependency) -> Response:
     """Return the bundle as .zip: robot.yaml, campaign.yaml, measurements.csv."""
@@ -180,30 +209,6 @@ def get_bundle(campaign: RowNumber, database: DatabaseDependency) -> Response:
         media_type="application/zip",
         headers={"Content-Disposition": f'attachment; filename="campaign-{campaign}.zip"'},
     )
-
-
-@router.get("/{campaign}/identification", response_model=ResultDocument)
-def get_identification(campaign: RowNumber, database: DatabaseDependency) -> Response:
-    """identification.json of the newest run."""
-    return _result(database, campaign, ResultKind.identification)
-
-
-@router.get("/{campaign}/uncertainty", response_model=ResultDocument)
-def get_uncertainty(campaign: RowNumber, database: DatabaseDependency) -> Response:
-    """uncertainty.json of the newest run."""
-    return _result(database, campaign, ResultKind.uncertainty)
-
-
-@router.get("/{campaign}/verification", response_model=ResultDocument)
-def get_verification(campaign: RowNumber, database: DatabaseDependency) -> Response:
-    """Pose error before and after compensation, at poses that no fit has seen."""
-    return _result(database, campaign, ResultKind.verification)
-
-
-def _result(database: Database, campaign: int, kind: ResultKind) -> Response:
-    with database.read() as session:
-        document = results.newest(session, campaign, kind).document
-    return JSONResponse(document)
 
 
 def _accepted(row: CampaignRow) -> Accepted:

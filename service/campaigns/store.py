@@ -1,6 +1,8 @@
 """Campaigns in the database: make them, show them."""
 
-from collections.abc import Sequence
+import math
+from dataclasses import dataclass
+from datetime import datetime
 
 import numpy as np
 from sqlalchemy import func, select
@@ -9,7 +11,9 @@ from sqlalchemy.orm import Session
 from robocal.formats.measurements_csv import joint_columns
 from robocal.robots.library import load_robot, robot_path
 from robocal.robots.robot import Robot
+from service.campaigns import follow_ups
 from service.campaigns.enough import require_enough
+from service.campaigns.follow_ups import FollowUpPoses
 from service.campaigns.life import is_armed, not_armed
 from service.campaigns.models import (
     ENDED,
@@ -17,75 +21,106 @@ from service.campaigns.models import (
     Campaign,
     CampaignKind,
     CampaignState,
+    CriterionSettings,
     JointColumns,
     NewCampaign,
 )
+from service.campaigns.poses import add_poses
 from service.cells import store as cells
-from service.clock import utc_now
+from service.cells.bounds import narrowed
+from service.clock import utc_now, utc_text
 from service.db.models import BundleRow, CampaignRow, ParametersRow, PoseRow, ReadingRow
 from service.errors import Conflict, Unusable
 from service.jobs.queue import JobKind, JobQueue
+from service.parameters import store as parameters
+from service.parameters.models import ParametersState
 
-_AVAILABLE = (CampaignKind.calibrate, CampaignKind.verify)
+_FEWEST_HEALTH_POSES = 4
+"""With fewer, base, tool and joints cannot be told apart."""
 PURPOSE_CALIBRATE = "calibrate"
 
 
 def create(session: Session, queue: JobQueue, wanted: NewCampaign) -> Accepted:
     """Store a campaign and the job that drives it."""
-    if wanted.kind not in _AVAILABLE:
-        raise Unusable(
-            f"body kind: '{wanted.kind}' is not available in this version; "
-            f"use {' or '.join(_AVAILABLE)}."
-        )
     cell = cells.find(session, wanted.cell)
     if not is_armed(session, cell.name):
         raise Conflict(not_armed(cell.name))
-    model = cells.settings_of(cell).robot.model
-    robot = load_robot(model)
+    settings = cells.settings_of(cell)
+    model = settings.robot.model
+    robot = narrowed(load_robot(model), settings.limits)
     if wanted.kind is CampaignKind.calibrate and isinstance(wanted.poses, int):
         require_enough(robot, wanted.poses)
     row = CampaignRow(
         cell=cell.name,
         kind=wanted.kind,
         state=CampaignState.queued,
-        pose_count=wanted.poses if isinstance(wanted.poses, int) else len(wanted.poses),
+        pose_count=len(wanted.poses) if isinstance(wanted.poses, list) else wanted.poses or 0,
         repeats=wanted.repeats,
         settle_s=wanted.settle_s,
         seed=0,
         robot_yaml=robot_path(model).read_text(encoding="utf-8"),
         joint_units=list(robot.joint_units),
+        cell_document=settings.model_dump(mode="json"),
+        payload_kg=wanted.payload_kg,
+        approach_turn=math.radians(wanted.approach_deg),
+        approach_slide=wanted.approach_mm * 1e-3,
         created=utc_now(),
     )
+    asked = FollowUpPoses([], [])
+    if wanted.kind is CampaignKind.follow_up:
+        asked = follow_ups.aim(session, row, wanted)
+    elif wanted.poses is None or wanted.follows is not None or wanted.rounds is not None:
+        raise Unusable(
+            f"body: a campaign of kind '{wanted.kind}' needs poses and takes neither follows nor "
+            "rounds; they belong to a follow_up."
+        )
     if wanted.kind is CampaignKind.verify:
-        row.parameters_version = _version_to_verify(session, cell.name)
-        if not isinstance(wanted.poses, int):
-            raise Unusable("body poses: a verification plans its own poses; give their number.")
+        _aim_verification(session, row, wanted)
+    elif wanted.criterion is not None or wanted.parameters_version is not None:
+        raise Unusable(
+            f"body kind: '{wanted.kind}' takes neither criterion nor parameters_version; "
+            "they belong to a verification."
+        )
+    if wanted.kind is CampaignKind.health:
+        _aim_health_check(session, row)
     session.add(row)
     session.flush()
-    row.seed = row.id if wanted.seed is None else wanted.seed
-    if not isinstance(wanted.poses, int):
+    row.seed = _seed(row, wanted)
+    if asked.joints:
+        follow_ups.append_poses(session, row, asked)
+    if isinstance(wanted.poses, list):
         joints = [_joints(robot, i, pose) for i, pose in enumerate(wanted.poses)]
-        store_plan(session, row, joints, [PURPOSE_CALIBRATE] * len(joints))
+        add_poses(session, row, joints, [PURPOSE_CALIBRATE] * len(joints))
     queue.enqueue(session, row.id, cell.name, JobKind.collect)
     return Accepted(id=row.id, state=CampaignState.queued)
 
 
-def store_plan(
-    session: Session, row: CampaignRow, joints: Sequence[list[float]], purposes: Sequence[str]
-) -> None:
-    """Write the poses that the robot is to visit, in this order."""
-    session.add_all(
-        PoseRow(campaign=row.id, idx=idx, commanded=q, purpose=purpose)
-        for idx, (q, purpose) in enumerate(zip(joints, purposes, strict=True))
-    )
-    session.flush()
+@dataclass(frozen=True)
+class Filter:
+    """Which campaigns to show; None stands for any."""
+
+    cell: str | None = None
+    kind: CampaignKind | None = None
+    state: CampaignState | None = None
+    since: datetime | None = None
+    """Made at this time or later."""
 
 
-def page(session: Session, cell: str | None, before: int | None, limit: int) -> list[Campaign]:
+EVERY = Filter()
+
+
+def page(session: Session, wanted: Filter, before: int | None, limit: int) -> list[Campaign]:
     """Campaigns, newest first."""
     query = select(CampaignRow).order_by(CampaignRow.id.desc()).limit(limit)
-    if cell is not None:
-        query = query.where(CampaignRow.cell == cell)
+    for column, value in (
+        (CampaignRow.cell, wanted.cell),
+        (CampaignRow.kind, wanted.kind),
+        (CampaignRow.state, wanted.state),
+    ):
+        if value is not None:
+            query = query.where(column == value)
+    if wanted.since is not None:
+        query = query.where(CampaignRow.created >= utc_text(wanted.since))
     if before is not None:
         query = query.where(CampaignRow.id < before)
     return [shown(session, row) for row in session.scalars(query)]
@@ -107,6 +142,7 @@ def shown(session: Session, row: CampaignRow) -> Campaign:
         state=state,
         done=done,
         total=total,
+        skipped=_skipped(session, row.id),
         remaining_s=remaining,
         reason=row.reason,
         revision=row.revision,
@@ -114,6 +150,11 @@ def shown(session: Session, row: CampaignRow) -> Campaign:
         settle_s=row.settle_s,
         seed=row.seed,
         parameters_version=row.parameters_version,
+        criterion=None
+        if row.criterion is None
+        else CriterionSettings.model_validate(row.criterion),
+        follows=row.follows,
+        rounds=row.rounds,
         created=row.created,
         started=row.started,
         finished=row.finished,
@@ -145,6 +186,11 @@ def _total(session: Session, row: CampaignRow) -> int:
     return kept * row.repeats + (readings_there or 0)
 
 
+def _skipped(session: Session, number: int) -> int:
+    query = select(func.count()).where(PoseRow.campaign == number, PoseRow.state == "skipped")
+    return session.scalar(query) or 0
+
+
 def _joints(robot: Robot, number: int, pose: JointColumns) -> list[float]:
     columns = joint_columns(robot)
     if set(pose) != set(columns):
@@ -164,10 +210,42 @@ def _joints(robot: Robot, number: int, pose: JointColumns) -> list[float]:
     return [float(value) for value in q]
 
 
+def _aim_verification(session: Session, row: CampaignRow, wanted: NewCampaign) -> None:
+    """Note which version is verified and what it must reach."""
+    if not isinstance(wanted.poses, int):
+        raise Unusable("body poses: a verification plans its own poses; give their number.")
+    criterion = wanted.criterion or CriterionSettings()
+    row.criterion = criterion.model_dump(mode="json")
+    if wanted.parameters_version is not None:
+        version = parameters.version(session, wanted.cell, wanted.parameters_version)
+        row.parameters_version = version.version
+    else:
+        row.parameters_version = _version_to_verify(session, wanted.cell)
+
+
+def _aim_health_check(session: Session, row: CampaignRow) -> None:
+    """Check the version that the MES reads."""
+    if row.pose_count < _FEWEST_HEALTH_POSES:
+        raise Unusable(
+            f"body poses: {row.pose_count} cannot tell base, tool and joints apart; "
+            f"a health check takes {_FEWEST_HEALTH_POSES} at least, 8 are sensible."
+        )
+    assert row.cell is not None
+    released = parameters.newest(session, row.cell, ParametersState.released)
+    row.parameters_version = released.version
+
+
+def _seed(row: CampaignRow, wanted: NewCampaign) -> int:
+    if wanted.seed is not None:
+        return wanted.seed
+    # The checks of one version visit the same poses, so that they can be compared.
+    return row.parameters_version or 0 if wanted.kind is CampaignKind.health else row.id
+
+
 def _version_to_verify(session: Session, cell: str) -> int:
     version = session.scalar(
         select(func.max(ParametersRow.version)).where(
-            ParametersRow.cell == cell, ParametersRow.state.in_(("candidate", "released"))
+            ParametersRow.cell == cell, ParametersRow.state != ParametersState.superseded
         )
     )
     if version is None:

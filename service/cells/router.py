@@ -1,13 +1,14 @@
 """REST: cells."""
 
 from http import HTTPStatus
+from typing import Annotated
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Query, Response
 
 from service.cells import store
 from service.cells.check import check
-from service.cells.models import Cell, CellCheck, Cells, NewCell
-from service.dependencies import DatabaseDependency, OnceDependency
+from service.cells.models import Cell, CellChange, CellCheck, Cells, NewCell
+from service.dependencies import DatabaseDependency, OnceDependency, PageSize
 
 router = APIRouter(prefix="/cells", tags=["cells"])
 
@@ -19,10 +20,14 @@ def create_cell(wanted: NewCell, once: OnceDependency) -> Response:
 
 
 @router.get("")
-def list_cells(database: DatabaseDependency) -> Cells:
-    """All cells."""
+def list_cells(
+    database: DatabaseDependency,
+    after: Annotated[str | None, Query(description="cells behind this name")] = None,
+    limit: PageSize = 200,
+) -> Cells:
+    """Cells by name, a page at a time."""
     with database.read() as session:
-        return Cells(cells=store.all_cells(session))
+        return store.page(session, after, limit)
 
 
 @router.get("/{cell}")
@@ -32,9 +37,15 @@ def get_cell(cell: str, database: DatabaseDependency) -> Cell:
         return store.shown(store.find(session, cell))
 
 
+@router.patch("/{cell}", response_model=Cell)
+def change_cell(cell: str, wanted: CellChange, once: OnceDependency) -> Response:
+    """Replace addresses, limits or instruments while no campaign is open; disarms the cell."""
+    return once.answer(lambda session: store.change(session, cell, wanted))
+
+
 @router.post("/{cell}/check", response_model=CellCheck)
 def check_cell(cell: str, database: DatabaseDependency, once: OnceDependency) -> Response:
-    """Connect to the robot and the tracker; nothing moves."""
+    """Connect to robot, tracker, probe and stage sensors; nothing moves."""
     earlier = once.earlier()
     if earlier is not None:
         return earlier

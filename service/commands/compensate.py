@@ -32,22 +32,23 @@ def compensate(
     as_json: AsJson = False,
 ) -> None:
     """Joints that really reach the wanted tool poses; names the targets that cannot be reached."""
-    from robocal.compensated_effects import compensate_effects
-    from robocal.compensation import Reach, compensate_targets
-    from robocal.formats.measurements_csv import rows_of
+    from robocal.compensated_effects import compensate_robot
+    from robocal.compensation import Reach
     from robocal.formats.model_yaml import read_model
     from robocal.formats.targets_csv import read_targets, write_compensated
+    from robocal.missed_targets import missed_sentence
 
     calibrated = read_model(model)
-    wanted = read_targets(targets, calibrated.robot)
-    in_base = frame is Frame.base
-    if calibrated.effects:
-        in_cell = calibrated.model.base_frame @ wanted.wanted if in_base else wanted.wanted
-        rows = rows_of(wanted.table, calibrated.robot)
-        result = compensate_effects(calibrated, in_cell, rows, wanted.nominal_q)
-    else:
-        result = compensate_targets(calibrated, wanted.wanted, wanted.nominal_q, in_base=in_base)
-    write_compensated(out, wanted, calibrated.robot, result)
+    robot = calibrated.robot
+    wanted = read_targets(targets, robot)
+    result = compensate_robot(
+        calibrated,
+        wanted.wanted,
+        wanted.rows,
+        wanted.nominal_q,
+        in_base=frame is Frame.base,
+    )
+    write_compensated(out, wanted, robot, result)
     missed = [row for row, reach in enumerate(result.reach) if reach is not Reach.reached]
     reached = len(result.reach) - len(missed)
     document = {
@@ -57,6 +58,7 @@ def compensate(
             {
                 "line": int(wanted.table.lines[row]),
                 "status": str(result.reach[row]),
+                "reason": missed_sentence(result, row, robot),
                 "position_error_mm": float(result.position_error[row]) * 1e3,
             }
             for row in missed
@@ -68,8 +70,8 @@ def compensate(
     else:
         for row in missed[:_NAMED]:
             print(
-                f"{targets.name} line {wanted.table.lines[row]}: {result.reach[row]}, "
-                f"{result.position_error[row] * 1e3:.4f} mm off"
+                f"{targets.name} line {wanted.table.lines[row]}: {result.reach[row]}: "
+                f"{missed_sentence(result, row, robot)}"
             )
         if len(missed) > _NAMED:
             print(f"... and {len(missed) - _NAMED} more, see column 'status'")

@@ -4,7 +4,8 @@ import json
 import os
 from datetime import UTC, datetime
 
-from service.commands.options import AsJson, BundleFolder, OutFolder, make_folder, write_json
+from service.commands.options import AsJson, BundleFolder, OutFolder, json_text, make_folder
+from service.progress_bar import progress_bar
 
 
 def diagnose(bundle: BundleFolder, out: OutFolder, *, as_json: AsJson = False) -> None:
@@ -15,21 +16,27 @@ def diagnose(bundle: BundleFolder, out: OutFolder, *, as_json: AsJson = False) -
     from robocal.diagnosis.diagnose import diagnose as find
     from robocal.formats.bundle import read_bundle
     from robocal.formats.diagnosis_json import NEXT_POSES, diagnosis_document
-    from robocal.formats.model_yaml import write_model
-    from robocal.formats.poses_csv import write_next_poses
+    from robocal.formats.model_yaml import model_text
+    from robocal.formats.poses_csv import next_poses_text
+    from robocal.formats.whole_file import write_together
     from service.calibration import provenance_of
-    from service.diagnosis_report import write_report
+    from service.diagnosis_report import report_html
     from service.report_lines import diagnosis_lines
 
-    measured = read_bundle(bundle)
-    found = find(measured, provenance_of(measured, "simultaneous", datetime.now(UTC)))
+    with progress_bar(as_json=as_json):
+        measured = read_bundle(bundle)
+        found = find(measured, provenance_of(measured, "simultaneous", datetime.now(UTC)))
+        report = report_html(measured, found)
     document = diagnosis_document(found)
-    make_folder(out)
-    write_json(out / "diagnosis.json", document)
-    write_model(out / "model.yaml", found.calibrated)
+    texts = {
+        out / "diagnosis.json": json_text(document),
+        out / "model.yaml": model_text(found.calibrated),
+        out / "report.html": report,
+    }
     if len(found.next_poses.q):
-        write_next_poses(out / NEXT_POSES, measured.robot, found.next_poses)
-    write_report(out / "report.html", measured, found)
+        texts[out / NEXT_POSES] = next_poses_text(measured.robot, found.next_poses)
+    make_folder(out)
+    write_together(texts)
     if as_json:
         print(json.dumps(document, indent=2))
     else:

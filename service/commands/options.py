@@ -14,6 +14,13 @@ OutFile = Annotated[Path, typer.Option("--out", help="CSV file to write")]
 AsJson = Annotated[bool, typer.Option("--json", help="print the result's JSON and nothing else")]
 
 
+def robot_names() -> list[str]:
+    """The robots of the library, for a shell that completes one."""
+    from robocal.robots.library import ROBOTS
+
+    return list(ROBOTS)
+
+
 def make_folder(folder: Path) -> None:
     """Make a folder for results.
 

@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robocal.errors import BadInput
-from service.commands.options import AsJson, OutFolder, make_folder, write_json
+from service.commands.options import AsJson, OutFolder, json_text, make_folder, robot_names
+from service.progress_bar import progress_bar
 
 if TYPE_CHECKING:
     from robocal.planning.plan import Plan
 
-RobotFile = Annotated[str, typer.Argument(metavar="ROBOT", help="robot.yaml or a known name")]
+RobotFile = Annotated[
+    str,
+    typer.Argument(metavar="ROBOT", help="robot.yaml or a known name", autocompletion=robot_names),
+]
 Index = Annotated[str, typer.Option(help="O1 to O5, or workspace: least predicted uncertainty")]
 SelectorName = Annotated[str, typer.Option(help="detmax, exchange, relaxed or random")]
 Count = Annotated[str, typer.Option(help="number of poses, or auto: where the index settles")]
@@ -55,23 +59,28 @@ def plan(
         candidates,
         seed,
         _number_of_poses(count),
-        None if until_mm is None else until_mm * 1e-3,
+        None if until_mm is None else _radius(until_mm),
         repeats,
         approach,
     )
-    _write(make_plan(request), out, as_json=as_json)
+    with progress_bar(as_json=as_json):
+        planned = make_plan(request)
+    _write(planned, out, as_json=as_json)
 
 
 def _write(planned: "Plan", out: Path, *, as_json: bool) -> None:
     """Write the three files and say what they hold."""
+    from robocal.formats.whole_file import write_together
     from robocal.planning.picture import plan_picture
-    from robocal.planning.plan_document import plan_document, plan_lines, write_plan_csv
+    from robocal.planning.plan_document import plan_csv, plan_document, plan_lines
 
     document = plan_document(planned)
     make_folder(out)
-    write_plan_csv(out / "plan.csv", planned)
-    (out / "plan.svg").write_text(plan_picture(planned), encoding="utf-8")
-    write_json(out / "plan.json", document)
+    write_together({
+        out / "plan.csv": plan_csv(planned),
+        out / "plan.svg": plan_picture(planned),
+        out / "plan.json": json_text(document),
+    })
     print(json.dumps(document) if as_json else "\n".join(plan_lines(planned, out)))
 
 
@@ -88,3 +97,16 @@ def _number_of_poses(count: str) -> int | None:
     if not count.isdecimal() or int(count) == 0:
         raise BadInput("--count", f"must be a positive whole number or auto, not '{count}'")
     return int(count)
+
+
+def _radius(until_mm: float) -> float:
+    """In metres.
+
+    Raises
+    ------
+    BadInput
+        If it is no positive number.
+    """
+    if not 0 < until_mm < float("inf"):
+        raise BadInput("--until-mm", f"must be a positive number, not {until_mm:g}")
+    return until_mm * 1e-3

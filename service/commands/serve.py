@@ -1,7 +1,7 @@
 """`robocal serve`."""
 
 from contextlib import nullcontext
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -13,21 +13,12 @@ def serve(
     worker: Annotated[bool, typer.Option(help="also run a worker beside the service")] = True,
 ) -> None:
     """Run the service (REST and web page) and a worker; settings come from ROBOCAL_* variables."""
-    from pydantic import ValidationError
-
-    from robocal.errors import BadInput
     from service.main import listen
     from service.parent import WITH_PARENT
-    from service.settings import Settings
-    from service.start_up import listening_socket, prepare_database
+    from service.start_up import listening_socket, prepare_database, read_settings
     from service.tended_process import TendedProcess
 
-    given: dict[str, Any] = {"host": host, "port": port}
-    try:
-        settings = Settings(**{name: value for name, value in given.items() if value is not None})
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise BadInput(f"setting {'.'.join(map(str, first['loc']))}", first["msg"]) from None
+    settings = read_settings(host=host, port=port)
     prepare_database(settings)
     with listening_socket(settings) as listener:
         beside = TendedProcess("service.jobs.worker", WITH_PARENT) if worker else nullcontext()

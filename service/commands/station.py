@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from service.commands.options import AsJson, BundleFolder, OutFolder, make_folder, write_json
+from service.commands.options import AsJson, BundleFolder, OutFolder, json_text, make_folder
 
 
 def station(
@@ -19,7 +19,8 @@ def station(
 ) -> None:
     """Take a calibrated robot to another station: fit base and tool alone, write model.yaml."""
     from robocal.formats.bundle import read_bundle
-    from robocal.formats.model_yaml import read_model, write_model
+    from robocal.formats.model_yaml import model_text, read_model
+    from robocal.formats.whole_file import write_together
     from robocal.stationing import station as fit_station
     from service.calibration import provenance_of
 
@@ -34,8 +35,10 @@ def station(
         "left_behind": list(found.left_behind),
     }
     make_folder(out)
-    write_json(out / "station.json", document)
-    write_model(out / "model.yaml", found.calibrated)
+    write_together({
+        out / "station.json": json_text(document),
+        out / "model.yaml": model_text(found.calibrated),
+    })
     if as_json:
         print(json.dumps(document, indent=2))
         return

@@ -7,7 +7,17 @@ from typing import Annotated
 
 import typer
 
+from service.chosen_bundle import (
+    DEFAULT_STRATEGY,
+    Fix,
+    Free,
+    Mend,
+    Prior,
+    Strategy,
+    read_chosen,
+)
 from service.commands.options import AsJson, BundleFolder, OutFolder, make_folder, write_json
+from service.progress_bar import progress_bar
 
 
 def uncertainty(
@@ -22,31 +32,40 @@ def uncertainty(
     digits: Annotated[int, typer.Option(min=1, max=2, help="numerical tolerance")] = 1,
     refits: Annotated[int, typer.Option(min=0, help="simulated campaigns, fitted again")] = 200,
     seed: Annotated[int, typer.Option(min=0)] = 1,
+    strategy: Strategy = DEFAULT_STRATEGY,
+    fix: Fix = None,
+    free: Free = None,
+    prior: Prior = None,
     *,
+    mend: Mend = False,
     as_json: AsJson = False,
 ) -> None:
     """Uncertainty of parameters and tool by GUM and Monte Carlo: writes uncertainty.json."""
     from robocal.formats.poses_csv import read_poses
     from robocal.formats.uncertainty_json import uncertainty_document
+    from robocal.identification.priors import choices_of
     from robocal.uncertainty.evaluation import Settings, evaluate
     from robocal.uncertainty.workspace_map import map_workspace
     from service.calibration import calibrate_bundle
     from service.report_uncertainty import uncertainty_lines
-    from service.sound_bundle import read_sound
 
-    done = calibrate_bundle(read_sound(bundle), "simultaneous", datetime.now(UTC))
-    rows = done.bundle.measurements
-    if poses is None:
-        q, lines = rows.joints, rows.lines
-    else:
-        wanted = read_poses(poses, done.bundle.robot)
-        q, lines = wanted.joints, wanted.lines
-    evaluation = evaluate(done.bundle, done.result, q, Settings(seed, digits, draws, refits))
-    workspace = map_workspace(done.bundle.robot, done.result.model, evaluation.sources, seed)
+    asked = choices_of(fix or [], free or [], prior or [])
+    with progress_bar(as_json=as_json):
+        chosen = read_chosen(bundle, asked, wanted_mended=mend)
+        done = calibrate_bundle(chosen.bundle, strategy, datetime.now(UTC))
+        rows = done.bundle.measurements
+        if poses is None:
+            q, lines = rows.joints, rows.lines
+        else:
+            wanted = read_poses(poses, done.bundle.robot)
+            q, lines = wanted.joints, wanted.lines
+        evaluation = evaluate(done.bundle, done.result, q, Settings(seed, digits, draws, refits))
+        workspace = map_workspace(done.bundle.robot, done.result.model, evaluation.sources, seed)
     document = uncertainty_document(evaluation, lines, workspace)
+    document["mended"] = chosen.mended
     make_folder(out)
     write_json(out / "uncertainty.json", document)
     if as_json:
         print(json.dumps(document, indent=2))
     else:
-        print("\n".join(uncertainty_lines(evaluation, workspace, out)))
+        print("\n".join([*chosen.sentences, *uncertainty_lines(evaluation, workspace, out)]))

@@ -4,8 +4,6 @@ SI units and radians, as everywhere inside; documents that leave the service as 
 (identification.json and its like) carry their units in their names.
 """
 
-from typing import Any, ClassVar
-
 from sqlalchemy import (
     JSON,
     CheckConstraint,
@@ -13,35 +11,17 @@ from sqlalchemy import (
     ForeignKeyConstraint,
     Index,
     LargeBinary,
-    MetaData,
-    Text,
     UniqueConstraint,
     text,
 )
-from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+from sqlalchemy.orm import Mapped, mapped_column
 
-Document = dict[str, Any]
-
-
-class Base(DeclarativeBase):
-    """Names of constraints are fixed, so that migrations can address them."""
-
-    metadata = MetaData(
-        naming_convention={
-            "ix": "ix_%(table_name)s_%(column_0_N_name)s",
-            "uq": "uq_%(table_name)s_%(column_0_N_name)s",
-            "ck": "ck_%(table_name)s_%(constraint_name)s",
-            "fk": "fk_%(table_name)s_%(column_0_N_name)s",
-            "pk": "pk_%(table_name)s",
-        }
-    )
-    type_annotation_map: ClassVar[dict[Any, Any]] = {
-        Document: JSON,
-        list[float]: JSON,
-        list[int]: JSON,
-        list[str]: JSON,
-        str: Text,
-    }
+# The names are given on: whoever imports this module has every table.
+from service.db import access_tables as access_tables
+from service.db import base_calibration_tables as base_calibration_tables
+from service.db import webhook_tables as webhook_tables
+from service.db.base import Base as Base
+from service.db.base import Document as Document
 
 
 class CellRow(Base):
@@ -80,7 +60,20 @@ class CampaignRow(Base):
     joint_units: Mapped[list[str]]
     """'deg' or 'mm' for every joint, as column names of files end."""
     parameters_version: Mapped[int | None]
-    """What a verification verifies."""
+    """What a verification or a health check is about."""
+    follows: Mapped[int | None] = mapped_column(ForeignKey("campaign.id"))
+    """The campaign whose diagnosis a follow-up is to make surer."""
+    rounds: Mapped[int] = mapped_column(default=1, server_default="1")
+    """How often a follow-up may ask for further poses."""
+    criterion: Mapped[Document | None] = mapped_column(JSON)
+    """What a verification must reach, as stated before it was driven."""
+    cell_document: Mapped[Document | None] = mapped_column(JSON(none_as_null=True))
+    """The cell's settings as they were when the campaign was made; empty for an import."""
+    payload_kg: Mapped[float | None]
+    approach_turn: Mapped[float] = mapped_column(default=0.0)
+    """How far before a pose a turning joint begins its last move [rad]; 0: it comes as it may."""
+    approach_slide: Mapped[float] = mapped_column(default=0.0)
+    """The same of a sliding joint [m]."""
     created: Mapped[str]
     started: Mapped[str | None]
     finished: Mapped[str | None]
@@ -105,9 +98,13 @@ class JobRow(Base):
     fence: Mapped[int] = mapped_column(default=0)
     """Grows with every claim: a worker whose number is older has lost the job."""
     lease_until: Mapped[float] = mapped_column(default=0.0)
-    """Host clock, seconds since 1970."""
+    """On the host's monotonic clock [s]; of the queue on one host only."""
+    delivery: Mapped[int | None]
+    """Procrastinate's number of the job; of the queue on several hosts only."""
     worker: Mapped[str] = mapped_column(default="")
     reason: Mapped[str] = mapped_column(default="")
+    request: Mapped[Document | None] = mapped_column(JSON)
+    """What a repeated computation is to compute, and with which settings."""
     created: Mapped[str]
     finished: Mapped[str | None]
 
@@ -127,6 +124,25 @@ class JobRow(Base):
     )
 
 
+class WorkerRow(Base):
+    """A worker on the one host; PostgreSQL's queue has its own."""
+
+    __tablename__ = "worker"
+
+    name: Mapped[str] = mapped_column(primary_key=True)
+    heard: Mapped[float]
+    """Latest sign of life, on the host's monotonic clock [s]."""
+
+
+class ProbeRow(Base):
+    """What the service writes when it is asked whether it is ready."""
+
+    __tablename__ = "probe"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    written: Mapped[str]
+
+
 class PoseRow(Base):
     """One pose of a campaign's plan."""
 
@@ -141,6 +157,8 @@ class PoseRow(Base):
     approach: Mapped[list[int] | None] = mapped_column(JSON)
     """Direction in which each joint last moved at the latest attempt; survives a killed worker."""
     purpose: Mapped[str]
+    reason: Mapped[str] = mapped_column(default="")
+    """Why it was skipped."""
 
     __table_args__ = (CheckConstraint("state IN ('planned','measured','skipped')", name="state"),)
 
@@ -176,11 +194,37 @@ class ReadingRow(Base):
     measuring_s: Mapped[float]
     overhead_s: Mapped[float]
     created: Mapped[str]
+    payload_kg: Mapped[float | None]
 
     __table_args__ = (
         ForeignKeyConstraint(["campaign", "idx"], ["pose.campaign", "pose.idx"]),
         UniqueConstraint("campaign", "idx", "repeat"),
     )
+
+
+class ReferenceRow(Base):
+    """What was read of a fixed nest, while the robot stood still. Written once, never changed."""
+
+    __tablename__ = "reference_reading"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    campaign: Mapped[int] = mapped_column(ForeignKey("campaign.id"))
+    target: Mapped[str]
+    fence: Mapped[int]
+    joints: Mapped[list[float]]
+    position: Mapped[list[float]]
+    orientation: Mapped[list[float] | None] = mapped_column(JSON)
+    spread: Mapped[float]
+    shots: Mapped[int]
+    temperature_degc: Mapped[float | None]
+    robot_time_s: Mapped[float]
+    tracker_time_s: Mapped[float]
+    t_s: Mapped[float]
+    after_readings: Mapped[int]
+    """Readings of the robot that the campaign had by then."""
+    created: Mapped[str]
+
+    __table_args__ = (Index(None, "campaign"),)
 
 
 class BundleRow(Base):
@@ -208,9 +252,22 @@ class ResultRow(Base):
     created: Mapped[str]
 
     __table_args__ = (
-        CheckConstraint("kind IN ('identification','uncertainty','verification')", name="kind"),
+        CheckConstraint(
+            "kind IN ('identification','uncertainty','verification','health','diagnosis')",
+            name="kind",
+        ),
         Index(None, "campaign", "kind"),
     )
+
+
+class ResultFileRow(Base):
+    """A file that belongs to a result: a report, a table of poses."""
+
+    __tablename__ = "result_file"
+
+    result: Mapped[int] = mapped_column(ForeignKey("result.id"), primary_key=True)
+    name: Mapped[str] = mapped_column(primary_key=True)
+    content: Mapped[bytes] = mapped_column(LargeBinary)
 
 
 class ParametersRow(Base):
@@ -227,7 +284,7 @@ class ParametersRow(Base):
     released: Mapped[str | None]
 
     __table_args__ = (
-        CheckConstraint("state IN ('candidate','released','superseded')", name="state"),
+        CheckConstraint("state IN ('candidate','verified','released','superseded')", name="state"),
         Index(
             "one_released_per_cell",
             "cell",
@@ -235,6 +292,29 @@ class ParametersRow(Base):
             sqlite_where=text("state = 'released'"),
             postgresql_where=text("state = 'released'"),
         ),
+    )
+
+
+class ParametersEventRow(Base):
+    """One step in the life of a version: what, who, when, from which readings. Never changed."""
+
+    __tablename__ = "parameters_event"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    cell: Mapped[str]
+    version: Mapped[int]
+    event: Mapped[str]
+    person: Mapped[str | None]
+    """None where a campaign did it by itself."""
+    reason: Mapped[str] = mapped_column(default="")
+    campaign: Mapped[int | None] = mapped_column(ForeignKey("campaign.id"))
+    origin: Mapped[Document]
+    """Hash of the readings, software version, settings and seed behind this step."""
+    at: Mapped[str]
+
+    __table_args__ = (
+        ForeignKeyConstraint(["cell", "version"], ["parameters.cell", "parameters.version"]),
+        Index(None, "cell"),
     )
 
 

@@ -10,7 +10,7 @@ from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import Engine
 
-from service.db.engine import Database, sqlite_file
+from service.db.engine import QUEUE_SCHEMA, Database, sqlite_file
 
 MIGRATIONS = Path(__file__).resolve().parents[2] / "migrations"
 
@@ -31,10 +31,28 @@ def migrate(database: Database, config: Config) -> None:
     command.upgrade(config, "head")
 
 
+def is_up_to_date(database: Database) -> bool:
+    """Whether the database stands at this program's schema."""
+    newest = ScriptDirectory.from_config(alembic_config(database.engine)).get_current_head()
+    return schema_revision(database.engine) == newest
+
+
+def empty_schema(database: Database) -> None:
+    """Remove everything that is stored, and make the tables anew."""
+    config = alembic_config(database.engine)
+    command.downgrade(config, "base")
+    command.upgrade(config, "head")
+
+
 def schema_revision(engine: Engine) -> str | None:
     """Return the migration that the database stands at; None for an empty one."""
     with engine.connect() as connection:
         return MigrationContext.configure(connection).get_current_revision()
+
+
+def is_ours(name: str | None, kind: str, parents: object) -> bool:
+    """Whether a table is made by our migrations' own words; the queue's are Procrastinate's."""
+    return kind != "table" or name is None or not name.startswith(QUEUE_SCHEMA)
 
 
 def alembic_config(engine: Engine) -> Config:

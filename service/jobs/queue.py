@@ -6,7 +6,7 @@ the newest has lost the job, and every transaction in which it wants to store so
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
+from typing import Any, Protocol
 
 from sqlalchemy.orm import Session
 
@@ -16,6 +16,9 @@ class JobKind(StrEnum):
 
     collect = "collect"
     analyse = "analyse"
+    diagnose = "diagnose"
+    repeat = "repeat"
+    """a computation that a person asked for again, of a campaign that has ended"""
 
 
 class JobEnd(StrEnum):
@@ -40,7 +43,7 @@ class Claim:
     kind: JobKind
     fence: int
     lease_until: float
-    """Host clock [s]."""
+    """On this host's monotonic clock [s], which nobody can set."""
 
 
 class LeaseLost(Exception):
@@ -50,8 +53,15 @@ class LeaseLost(Exception):
 class JobQueue(Protocol):
     """Durable jobs: one at a time for a cell, each accepted once."""
 
-    def enqueue(self, session: Session, campaign: int, cell: str | None, kind: JobKind) -> None:
-        """Add a job, in the caller's transaction."""
+    def enqueue(
+        self,
+        session: Session,
+        campaign: int,
+        cell: str | None,
+        kind: JobKind,
+        request: dict[str, Any] | None = None,
+    ) -> int:
+        """Add a job, in the caller's transaction; its number."""
         ...
 
     def claim(self, worker: str) -> Claim | None:
@@ -84,4 +94,12 @@ class JobQueue(Protocol):
 
     def withdraw(self, session: Session, campaign: int, end: JobEnd) -> None:
         """Take all open jobs of a campaign from the queue and from dead workers' hands."""
+        ...
+
+    def live_workers(self, session: Session) -> int:
+        """How many workers gave a sign of life within the length of a lease."""
+        ...
+
+    def leave(self, worker: str) -> None:
+        """Note that a worker ends on purpose."""
         ...

@@ -58,7 +58,7 @@ class Watch:
         self._shutdown = shutdown
         self._period_s = period_s
         self._lease_until = claim.lease_until
-        self._renewal_s = max(claim.lease_until - time.time(), 0.0) / _RENEWALS_PER_LEASE
+        self._renewal_s = max(claim.lease_until - time.monotonic(), 0.0) / _RENEWALS_PER_LEASE
         self._cause: Cause | None = None
         self._over = Event()
         self._thread = Thread(target=self._run, name=f"watch-job-{claim.job}", daemon=True)
@@ -85,7 +85,7 @@ class Watch:
         if self._cause is not None:
             return self._cause
         # Also true when this thread was held up or the watching thread died: no lease, no motion.
-        if time.time() >= self._lease_until:
+        if time.monotonic() >= self._lease_until:
             return Cause.lease_lost
         return Cause.shutdown if self._shutdown.is_set() else None
 

@@ -11,30 +11,49 @@ import signal
 import socket
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
-from threading import Event
+from threading import Event, Thread
 from types import FrameType
 
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import InternalError, OperationalError
 
+from robocal.errors import BadInput
 from service.campaigns.life import WorkersSide
+from service.campaigns.repeats import RepeatSide
 from service.db.engine import Database, open_database
-from service.db.upgrade import upgrade_schema
+from service.db.trouble import trouble_of
 from service.jobs.queue import Claim, JobKind, JobQueue, LeaseLost
-from service.jobs.table_queue import TableQueue
+from service.jobs.queues import open_queue
 from service.jobs.watch import Cause, Stopped, Watch
+from service.logs import about, set_up_logs
 from service.parent import end_with_parent
 from service.procedures.analyse import analyse
 from service.procedures.collect import collect
+from service.procedures.diagnose import diagnose, repeat
 from service.procedures.job import Held, Job
 from service.settings import Settings
+from service.start_up import prepare_database, read_settings
+from service.webhooks.sender import Sender
 
 PROCEDURES: dict[JobKind, Callable[[Job], None]] = {
     JobKind.collect: collect,
     JobKind.analyse: analyse,
+    JobKind.diagnose: diagnose,
+    JobKind.repeat: repeat,
 }
 
+_SENDER_GRACE_S = 0.5
+"""How long a delivery under way may keep the worker from ending [s]."""
+
+HURRY = -10
+"""Added to the priority's number: less comes first."""
+
 log = logging.getLogger("robocal.worker")
+
+# PostgreSQL calls it an internal error when it has thrown out who slept in a transaction.
+_OUT_OF_REACH = (OperationalError, InternalError)
+_LONGEST_PAUSE_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -49,24 +68,30 @@ class Worker:
 
     def run(self) -> None:
         """Take jobs until the shutdown is wanted."""
+        pause_s = self.settings.idle_s
         while not self.shutdown.is_set():
             try:
                 claim = self.queue.claim(self.name)
+                pause_s = self.settings.idle_s
                 if claim is None:
                     self.shutdown.wait(self.settings.idle_s)
-                else:
+                    continue
+                with about(claim):
                     self._work(claim)
             except LeaseLost as lost:
                 # The job goes on elsewhere or was ended; nothing of it may be touched here.
                 log.warning("%s", lost)
-            except OperationalError as error:
+            except _OUT_OF_REACH as error:
                 # Locked or out of reach for now. The lease of a job in hand runs out, and it is
                 # taken up where it stood.
-                log.warning("the database does not answer, trying again: %s", error.orig)
-                self.shutdown.wait(self.settings.idle_s)
+                log.warning("trying again: %s (%s)", trouble_of(error), error.orig)
+                self.shutdown.wait(pause_s)
+                # A log that grows fast would fill a full disk further.
+                pause_s = min(2.0 * pause_s, _LONGEST_PAUSE_S)
 
     def _work(self, claim: Claim) -> None:
-        life = WorkersSide(self.queue, claim)
+        repeated = claim.kind is JobKind.repeat
+        life = (RepeatSide if repeated else WorkersSide)(self.queue, claim)
 
         def wished_stop() -> Cause | None:
             with self.database.read() as session:
@@ -77,28 +102,31 @@ class Worker:
             try:
                 with self.database.write() as session:
                     life.start(session)
+                log.info("took the job")
                 PROCEDURES[claim.kind](Job(self.database, self.queue, claim, watch))
-            except (LeaseLost, OperationalError):
+            except (LeaseLost, *_OUT_OF_REACH):
                 raise
             except Stopped as stopped:
-                log.info("campaign %d: %s", claim.campaign, stopped)
+                log.info("%s", stopped)
                 with self.database.write() as session:
                     life.stop(session, stopped.cause)
             except Held as held:
-                log.warning("campaign %d is paused: %s", claim.campaign, held)
+                log.warning("the campaign is paused: %s", held)
                 with self.database.write() as session:
                     life.hold(session, str(held))
             except Exception as error:
-                log.exception("campaign %d failed", claim.campaign)
+                log.exception("the campaign failed")
                 with self.database.write() as session:
                     life.fail(session, str(error) or type(error).__name__)
 
 
 def main() -> None:
     """Run a worker as the environment's settings say."""
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
-    logging.getLogger("alembic").setLevel(logging.WARNING)
-    settings = Settings()
+    set_up_logs("worker")
+    if sys.platform != "win32":
+        # Who looks after a moving arm goes before computations, where the system permits it.
+        with suppress(PermissionError):
+            os.nice(HURRY)
     shutdown = Event()
 
     def end(number: int, frame: FrameType | None) -> None:
@@ -107,12 +135,27 @@ def main() -> None:
     signal.signal(signal.SIGTERM, end)
     signal.signal(signal.SIGINT, end)
     end_with_parent()
+    try:
+        settings = read_settings()
+        logging.getLogger().setLevel(settings.log_level)
+        prepare_database(settings)
+    except BadInput as fault:
+        log.critical("%s", fault)
+        sys.exit(2)
     database = open_database(settings.database_url, settings.busy_s)
-    upgrade_schema(database)
     name = f"{socket.gethostname()}:{os.getpid()}"
     sys.stdout.write(json.dumps({"ready": True, "worker": name}) + "\n")
     sys.stdout.flush()
-    Worker(name, database, TableQueue(database, settings.lease_s), settings, shutdown).run()
+    queue = open_queue(database, settings.lease_s)
+    sender = Thread(target=Sender(database, settings, shutdown).run, name="webhooks", daemon=True)
+    sender.start()
+    Worker(name, database, queue, settings, shutdown).run()
+    # A receiver that does not answer may not keep the worker: its delivery is sent again.
+    sender.join(_SENDER_GRACE_S)
+    try:
+        queue.leave(name)
+    except _OUT_OF_REACH as error:
+        log.warning("left without a word: %s (%s)", trouble_of(error), error.orig)
     database.close()
 
 

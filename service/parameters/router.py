@@ -1,15 +1,29 @@
-"""REST: the parameters that a cell's MES reads."""
+"""REST: the parameters that a cell's MES reads, and what a person decides about them."""
 
-import hashlib
-from http import HTTPStatus
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Query, Response
+from fastapi import APIRouter, Body, Depends, Header, Query, Request, Response
 
-from service.dependencies import DatabaseDependency, OnceDependency, RowNumber
+from service.dependencies import (
+    DatabaseDependency,
+    OnceDependency,
+    PageSize,
+    PersonDependency,
+    RowNumber,
+)
 from service.errors import Unusable
-from service.parameters import store
-from service.parameters.models import Parameters, ParametersState
+from service.etag import tagged
+from service.parameters import history, life, store
+from service.parameters.answers import Answers
+from service.parameters.models import Decision, History, Parameters, ParametersState, Versions
+
+
+async def _answers(request: Request) -> Answers:
+    answers: Answers = request.app.state.parameter_answers
+    return answers
+
+
+AnswersDependency = Annotated[Answers, Depends(_answers)]
 
 router = APIRouter(prefix="/cells/{cell}/parameters", tags=["parameters"])
 
@@ -18,11 +32,12 @@ router = APIRouter(prefix="/cells/{cell}/parameters", tags=["parameters"])
 def get_parameters(
     cell: str,
     database: DatabaseDependency,
+    answers: AnswersDependency,
     state: ParametersState | None = None,
     version: Annotated[RowNumber | None, Query(ge=1)] = None,
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
-    """Return the released parameters, or a version or the newest candidate where asked for."""
+    """Return the released parameters, or a version or the newest in a state where asked for."""
     if state is not None and version is not None:
         raise Unusable("query: give either state or version, not both.")
     with database.read() as session:
@@ -30,20 +45,57 @@ def get_parameters(
             row = store.version(session, cell, version)
         else:
             row = store.newest(session, cell, state or ParametersState.released)
-        body = store.shown(row).model_dump_json()
-    etag = f'"{hashlib.sha256(body.encode()).hexdigest()[:32]}"'
-    headers = {"ETag": etag, "Cache-Control": "no-cache"}
-    if if_none_match is not None and _matches(etag, if_none_match):
-        return Response(status_code=HTTPStatus.NOT_MODIFIED, headers=headers)
-    return Response(body, media_type="application/json", headers=headers)
+        answer = answers.of(row)
+    return tagged(answer.body, answer.etag, if_none_match)
+
+
+@router.get("/versions")
+def list_versions(
+    cell: str,
+    database: DatabaseDependency,
+    state: ParametersState | None = None,
+    before: Annotated[RowNumber | None, Query(description="versions older than this one")] = None,
+    limit: PageSize = 50,
+) -> Versions:
+    """All versions without their numbers, newest first, a page at a time."""
+    with database.read() as session:
+        return store.page(session, cell, state, before, limit)
+
+
+@router.get("/history")
+def get_history(
+    cell: str,
+    database: DatabaseDependency,
+    version: RowNumber | None = None,
+    before: Annotated[RowNumber | None, Query(description="steps older than this one")] = None,
+    limit: PageSize = 50,
+) -> History:
+    """Who did what to which version, when and from which readings, newest first."""
+    with database.read() as session:
+        return history.page(session, cell, version, before, limit)
 
 
 @router.post("/{version}/release", response_model=Parameters)
-def release_parameters(cell: str, version: RowNumber, once: OnceDependency) -> Response:
-    """Let the MES use a candidate."""
-    return once.answer(lambda session: store.release(session, cell, version))
+def release_parameters(
+    cell: str,
+    version: RowNumber,
+    once: OnceDependency,
+    person: PersonDependency,
+    decision: Annotated[Decision | None, Body()] = None,
+) -> Response:
+    """Let the MES use a verified version, or with a reason an unverified one."""
+    reason = decision.reason if decision else ""
+    return once.answer(lambda session: life.release(session, cell, version, person, reason))
 
 
-def _matches(etag: str, if_none_match: str) -> bool:
-    tags = [tag.strip().removeprefix("W/") for tag in if_none_match.split(",")]
-    return "*" in tags or etag in tags
+@router.post("/{version}/rollback", response_model=Parameters)
+def rollback_parameters(
+    cell: str,
+    version: RowNumber,
+    once: OnceDependency,
+    person: PersonDependency,
+    decision: Annotated[Decision | None, Body()] = None,
+) -> Response:
+    """Let the MES use a version again that was released before."""
+    reason = decision.reason if decision else ""
+    return once.answer(lambda session: life.rollback(session, cell, version, person, reason))

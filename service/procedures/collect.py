@@ -4,42 +4,48 @@ No engine makes a motion exactly once: the pose that was under way when a worker
 again, with the next attempt number, but it is accepted once.
 """
 
+import math
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import exists, func, select
-from sqlalchemy.orm import Session
+from sqlalchemy import select
 
 from drivers.errors import DriverError
-from drivers.interfaces import Robot, Tracker
-from drivers.registry import open_robot, open_tracker
+from drivers.interfaces import MAY_MOVE, RobotState
+from robocal.robots.library import load_robot
 from service.campaigns import life
-from service.cells import store as cells
+from service.campaigns.models import CampaignKind
+from service.cells.bounds import narrowed, surroundings
 from service.cells.models import NewCell
-from service.clock import utc_now
-from service.db.models import CampaignRow, CellRow, PoseRow, ReadingRow
+from service.db.models import CampaignRow, CellRow, PoseRow
+from service.procedures.acceptance import (
+    Accepted,
+    accept,
+    begin,
+    require_leave,
+    skip,
+    visits_ahead,
+)
+from service.procedures.devices import Devices, connected
 from service.procedures.job import Held, Job
 from service.procedures.plan import ensure_plan
-from service.procedures.visit import Pace, Sight, approach_signs, pace_of, settle, visit
+from service.procedures.references import FixedNests
+from service.procedures.sides import Sides, approach_offset, balanced_sides
+from service.procedures.visit import (
+    ARRIVED_WITHIN,
+    Pace,
+    PoseNotTrue,
+    Sight,
+    Visitor,
+    pace_of,
+    settle,
+    visit,
+)
+from service.procedures.ways import Judge, NextVisit, Route
 
-
-@dataclass(frozen=True)
-class NextVisit:
-    """The pose and repeat to be measured next."""
-
-    idx: int
-    repeat: int
-    commanded: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """A visit that is about to start."""
-
-    number: int
-    approach: list[int]
+VISITS = 2
+"""How often a pose is driven to before it is skipped; each time all is judged anew."""
 
 
 @dataclass(frozen=True)
@@ -47,187 +53,169 @@ class Setup:
     """What does not change during a campaign."""
 
     cell: NewCell
-    n_joints: int
     pace: Pace
+    judge: Judge
+    stances: tuple[tuple[float, ...], ...]
+    """The campaign's own poses: stops where the straight way is not free."""
 
 
 def collect(job: Job) -> None:
     """Drive the campaign to its end; raises `Held` when a device needs a person."""
-    setup = _setup(job)
+    _require_arming(job)
     ensure_plan(job)
+    setup = _setup(job)
     try:
-        with _devices(setup) as (robot, tracker):
+        with connected(setup.cell, setup.judge.robot.n_joints) as devices:
             # A motion that a dead worker had started may still be under way.
-            robot.stop()
-            settle(robot, 0.0, job.watch)
-            since: float | None = time.perf_counter()
-            while since is not None:
-                since = _measure_next(job, setup, robot, tracker, since)
+            devices.robot.stop()
+            settle(devices.robot, 0.0, job.watch)
+            Course(job, setup, devices).run()
     except DriverError as error:
         job.watch.check()
         raise Held(str(error)) from error
+    except PoseNotTrue as error:
+        raise Held(f"Before the first motion {error}, then resume.") from error
+    # Only now that the devices are let go: the cell's next job may start at once on another host,
+    # and a late stop or goodbye of this one would meet it in the middle of a motion. After a crash
+    # in between, whoever takes the job finds no pose left and comes here.
+    with job.database.write() as session:
+        job.life.finish_collecting(session)
+
+
+def _require_arming(job: Job) -> None:
+    with job.database.read() as session:
+        row = session.get_one(CampaignRow, job.campaign)
+        cell = session.get_one(CellRow, row.cell)
+        if not cell.armed:
+            raise Held(life.not_armed(cell.name))
 
 
 def _setup(job: Job) -> Setup:
     with job.database.read() as session:
         row = session.get_one(CampaignRow, job.campaign)
-        cell_row = session.get_one(CellRow, row.cell)
-        if not cell_row.armed:
-            raise Held(life.not_armed(cell_row.name))
-        cell = cells.settings_of(cell_row)
-        return Setup(cell, len(row.joint_units), pace_of(cell.limits, row.settle_s))
+        cell = NewCell.model_validate(row.cell_document)
+        poses = session.scalars(
+            select(PoseRow).where(PoseRow.campaign == row.id).order_by(PoseRow.idx)
+        ).all()
+        robot = narrowed(load_robot(cell.robot.model), cell.limits)
+        verifies = row.kind == CampaignKind.verify
+        sides = Sides(
+            signs=balanced_sides(len(poses), robot.n_joints, row.seed),
+            offset=approach_offset(robot, row.approach_turn, row.approach_slide),
+            limits=robot.limits,
+            poses_alike=2 if verifies else 1,
+            change_with_repeats=row.kind == CampaignKind.calibrate,
+        )
+        return Setup(
+            cell,
+            pace_of(cell.limits, row.settle_s),
+            Judge(robot, surroundings(cell), sides),
+            tuple(tuple(pose.commanded) for pose in poses if pose.state != "skipped"),
+        )
 
 
-@contextmanager
-def _devices(setup: Setup) -> Iterator[tuple[Robot, Tracker]]:
-    """Robot and tracker; whatever happens, the robot is stopped and both are let go."""
-    robot_settings, tracker_settings = setup.cell.robot, setup.cell.tracker
-    with ExitStack() as stack:
-        tracker = open_tracker(tracker_settings.driver, tracker_settings.address)
-        stack.callback(tracker.close)
-        tracker.connect()
-        robot = open_robot(robot_settings.driver, robot_settings.address, setup.n_joints)
-        stack.callback(robot.close)
-        robot.connect()
-        stack.callback(robot.stop)
-        yield robot, tracker
+class Course:
+    """From pose to pose until none is left."""
 
+    def __init__(self, job: Job, setup: Setup, devices: Devices) -> None:
+        self._job = job
+        self._setup = setup
+        self._devices = devices
+        self._visitor = Visitor(
+            devices.robot, devices.tracker, setup.cell.tracker, setup.pace, job.watch
+        )
+        references = setup.cell.references
+        self._nests = None if references is None else FixedNests(references)
+        self._prepared: tuple[NextVisit, Route] | None = None
+        self._since = time.perf_counter()
 
-def _measure_next(
-    job: Job, setup: Setup, robot: Robot, tracker: Tracker, since: float
-) -> float | None:
-    """Measure one pose; the moment of its acceptance, or None when there is no further one."""
-    with job.database.read() as session:
-        coming = next_visit(session, job.campaign)
-    if coming is None:
-        # Only after a person skipped the last pose: otherwise its reading ends the collecting.
+    def run(self) -> None:
+        """Measure everything."""
+        while self._step():
+            pass
+
+    def _step(self) -> bool:
+        """Do the next thing; False when there was none left."""
+        self._job.watch.check()
+        state = self._state()
+        with self._job.database.read() as session:
+            ahead = visits_ahead(session, self._job.campaign, 2)
+            nests_due = self._nests is not None and self._nests.due(
+                session, self._job.campaign, state.time_s, at_end=not ahead
+            )
+        if self._nests is not None and nests_due:
+            self._nests.measure(self._job, self._devices)
+            self._since = time.perf_counter()
+            return True
+        return bool(ahead) and self._measure(ahead[0], ahead[1:], state)
+
+    def _measure(self, coming: NextVisit, after: Sequence[NextVisit], state: RobotState) -> bool:
+        """Visit one pose until its reading is true, or skip it; False after the very last."""
+        reason = ""
+        for _ in range(VISITS):
+            route = self._route(coming, state.joints)
+            if not route.stops:
+                reason = route.refusal
+                break
+            try:
+                return self._visit(coming, after, route)
+            except PoseNotTrue as not_true:
+                reason = f"{not_true} (seen on {VISITS} visits)"
+                state = self._state()
+        with self._job.database.write() as session:
+            skip(session, self._job, coming, reason)
+        self._since = time.perf_counter()
+        return True
+
+    def _visit(self, coming: NextVisit, after: Sequence[NextVisit], route: Route) -> bool:
+        job = self._job
         with job.database.write() as session:
-            job.life.finish_collecting(session)
-        return None
-    attempt = _begin(job, coming, robot.state().joints)
-    job.watch.check()
-    sight = visit(robot, tracker, coming.commanded, setup.pace, job.watch)
-    spent = sight.seconds
-    with job.database.write() as session:
-        accepted = time.perf_counter()
-        overhead_s = accepted - since - spent.motion - spent.settling - spent.measuring
-        _accept(session, job, coming, attempt, sight, setup.pace, overhead_s)
-        if next_visit(session, job.campaign) is not None:
-            return accepted
-        # In the same transaction as the last reading: a crash leaves both or none.
-        job.life.finish_collecting(session)
-        return None
-
-
-def next_visit(session: Session, campaign: int) -> NextVisit | None:
-    """Return the first visit without a reading: the whole series, then its repeats."""
-    repeats = session.get_one(CampaignRow, campaign).repeats
-    for repeat in range(repeats):
-        read = exists().where(
-            ReadingRow.campaign == campaign,
-            ReadingRow.idx == PoseRow.idx,
-            ReadingRow.repeat == repeat,
+            attempt = begin(session, job, coming, route)
+        sight = visit(
+            self._visitor, route.start, route.stops, self._permit, lambda: self._prepare(after)
         )
-        pose = session.scalars(
-            select(PoseRow)
-            .where(PoseRow.campaign == campaign, PoseRow.state == "planned", ~read)
-            .order_by(PoseRow.idx)
-            .limit(1)
-        ).first()
-        if pose is not None:
-            return NextVisit(pose.idx, repeat, tuple(pose.commanded))
-    return None
+        temperature_degc = self._devices.temperature_degc()
+        with job.database.write() as session:
+            accepted_at = time.perf_counter()
+            overhead_s = accepted_at - self._since - _spent(sight)
+            accepted = Accepted(coming, attempt, sight, temperature_degc, overhead_s)
+            accept(session, job, accepted, self._setup.pace)
+            more = self._nests is not None or bool(visits_ahead(session, job.campaign, 1))
+        self._since = accepted_at
+        return more
+
+    def _permit(self) -> RobotState:
+        """Where the robot stands; raises unless this worker may move it now."""
+        self._job.watch.check()
+        with self._job.database.read() as session:
+            require_leave(session, self._job)
+        return self._state()
+
+    def _state(self) -> RobotState:
+        """Where the robot stands; raises `Held` when its controller forbids motion."""
+        state = self._devices.robot.state()
+        if state.safety not in MAY_MOVE:
+            raise Held(f"The robot may not move, it is in {state.safety}: {state.advice}")
+        return state
+
+    def _route(self, coming: NextVisit, joints: tuple[float, ...]) -> Route:
+        """The way from here, if it was not found while the robot settled."""
+        if self._prepared is not None and self._prepared[0] == coming:
+            route = self._prepared[1]
+            off = max(abs(a - b) for a, b in zip(route.start, joints, strict=True))
+            self._prepared = None
+            if off <= ARRIVED_WITHIN:
+                return route
+        return self._setup.judge.route(joints, coming, self._setup.stances)
+
+    def _prepare(self, after: Sequence[NextVisit]) -> None:
+        """Find the next way while the robot settles, which costs no time."""
+        self._prepared = None
+        if after:
+            here = self._devices.robot.state().joints
+            route = self._setup.judge.route(here, after[0], self._setup.stances)
+            self._prepared = (after[0], route)
 
 
-def _begin(job: Job, coming: NextVisit, joints: tuple[float, ...]) -> Attempt:
-    """Check the lease right before the motion, and note the attempt so that a crash shows."""
-    with job.database.write() as session:
-        job.queue.hold_fence(session, job.claim)
-        pose = session.get_one(PoseRow, (job.campaign, coming.idx))
-        latest = _latest_reading(session, job.campaign)
-        before = [0] * len(joints)
-        if latest is not None:
-            before = latest.approach
-        if pose.approach is not None and pose.attempt > _accepted_attempt(
-            session, job.campaign, pose.idx
-        ):
-            before = pose.approach
-        pose.attempt += 1
-        pose.approach = approach_signs(joints, coming.commanded, before)
-        return Attempt(pose.attempt, pose.approach)
-
-
-def _accept(
-    session: Session,
-    job: Job,
-    coming: NextVisit,
-    attempt: Attempt,
-    sight: Sight,
-    pace: Pace,
-    overhead_s: float,
-) -> None:
-    """Store a reading, if the job is still this worker's."""
-    job.queue.hold_fence(session, job.claim)
-    campaign = session.get_one(CampaignRow, job.campaign)
-    row = _reading_row(coming, attempt, sight)
-    row.campaign = campaign.id
-    row.revision = life.advance(campaign)
-    row.fence = job.claim.fence
-    row.speed = pace.speed / pace.full_speed
-    row.t_s = _elapsed(_latest_reading(session, campaign.id), sight.robot_time_s)
-    row.overhead_s = overhead_s
-    session.add(row)
-    session.flush()
-    if coming.repeat == campaign.repeats - 1:
-        session.get_one(PoseRow, (campaign.id, coming.idx)).state = "measured"
-        session.flush()
-
-
-def _reading_row(coming: NextVisit, attempt: Attempt, sight: Sight) -> ReadingRow:
-    """Everything of a reading that the visit itself knows."""
-    reading = sight.reading
-    return ReadingRow(
-        idx=coming.idx,
-        repeat=coming.repeat,
-        attempt=attempt.number,
-        joints=list(sight.joints),
-        commanded=list(coming.commanded),
-        position=list(reading.position),
-        orientation=None if reading.orientation is None else list(reading.orientation),
-        spread=reading.spread,
-        shots=reading.shots,
-        approach=attempt.approach,
-        settle_s=sight.settle_s,
-        robot_time_s=sight.robot_time_s,
-        tracker_time_s=reading.time_s,
-        motion_s=sight.seconds.motion,
-        settling_s=sight.seconds.settling,
-        measuring_s=sight.seconds.measuring,
-        created=utc_now(),
-    )
-
-
-def _latest_reading(session: Session, campaign: int) -> ReadingRow | None:
-    return session.scalars(
-        select(ReadingRow)
-        .where(ReadingRow.campaign == campaign)
-        .order_by(ReadingRow.id.desc())
-        .limit(1)
-    ).first()
-
-
-def _accepted_attempt(session: Session, campaign: int, idx: int) -> int:
-    number = session.scalar(
-        select(func.max(ReadingRow.attempt)).where(
-            ReadingRow.campaign == campaign, ReadingRow.idx == idx
-        )
-    )
-    return number or 0
-
-
-def _elapsed(latest: ReadingRow | None, robot_time_s: float) -> float:
-    """Time since the campaign's first reading on the robot's clock, which counts its warming up."""
-    if latest is None:
-        return 0.0
-    # A controller that was restarted in between starts its clock anew.
-    return latest.t_s + max(robot_time_s - latest.robot_time_s, 0.0)
+def _spent(sight: Sight) -> float:
+    return math.fsum((sight.seconds.motion, sight.seconds.settling, sight.seconds.measuring))

@@ -8,9 +8,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
-
-from service.jobs.watch import Watch
+from typing import Any, Protocol
 
 _POLL_S = 0.05
 _NO_ANSWER = 2
@@ -20,11 +18,19 @@ _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THR
 Json = dict[str, Any]
 
 
+class Waiting(Protocol):
+    """Who waits for an answer, and may end the waiting."""
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass; raises where the answer is no longer wanted."""
+        ...
+
+
 class NumericsFailed(Exception):
     """The computation ended without an answer; the message is its sentence."""
 
 
-def compute(operation: str, files: dict[str, bytes], request: Json, watch: Watch) -> Json:
+def compute(operation: str, files: dict[str, bytes], request: Json, watch: Waiting) -> Json:
     """Return the answer of one operation of `service.procedures.numerics`.
 
     Parameters
@@ -53,7 +59,7 @@ def compute(operation: str, files: dict[str, bytes], request: Json, watch: Watch
         return answer
 
 
-def _run(operation: str, folder: Path, watch: Watch) -> None:
+def _run(operation: str, folder: Path, watch: Waiting) -> None:
     words = folder / "stderr.txt"
     with words.open("wb") as stderr, _process(operation, folder, stderr.fileno()) as process:
         while process.poll() is None:

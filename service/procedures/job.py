@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from service.campaigns.life import WorkersSide
 from service.db.engine import Database
+from service.db.models import Document, JobRow
 from service.jobs.queue import Claim, JobQueue
 from service.jobs.watch import Watch
 
@@ -25,6 +26,13 @@ class Job:
     def campaign(self) -> int:
         """Number of the campaign."""
         return self.claim.campaign
+
+    def request(self) -> Document:
+        """What a repeated computation is to compute."""
+        with self.database.read() as session:
+            request = session.get_one(JobRow, self.claim.job).request
+        assert request is not None
+        return request
 
     @property
     def life(self) -> WorkersSide:

@@ -10,6 +10,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -17,74 +18,108 @@ from typing import Any
 import numpy as np
 
 from robocal.errors import RobocalError
-from robocal.formats.bundle import read_bundle
 from robocal.formats.identification_json import identification_document
 from robocal.formats.model_yaml import model_document, read_model
 from robocal.formats.robot_yaml import read_robot
 from robocal.formats.uncertainty_json import uncertainty_document
+from robocal.health.poses import health_poses
 from robocal.identification.identify import DEFAULT_STRATEGY
+from robocal.identification.priors import choices_of
+from robocal.planning.clear_order import clear_order, with_room
+from robocal.planning.open_parameters import open_parameters
 from robocal.planning.plan import plan_poses
 from robocal.uncertainty.evaluation import evaluate
-from robocal.verification import (
-    accuracy_after,
-    accuracy_before,
-    accuracy_document,
-    plan_verification,
-)
+from robocal.uncertainty.workspace_map import map_workspace
+from robocal.verification import plan_verification
 from service.calibration import calibrate_bundle
+from service.cells.bounds import narrowed, surroundings
+from service.cells.models import NewCell
+from service.procedures.base_numerics import assess_base, calibrate_base
+from service.procedures.find_causes import find_causes
+from service.procedures.judge_health import judge_health
 from service.procedures.residual_rows import residual_rows, residual_rows_document
+from service.procedures.verify import verify
 from service.sound_bundle import read_sound
 
 Json = dict[str, Any]
 
 REQUEST, ANSWER, MODEL = "request.json", "answer.json", "model.yaml"
+CELL = "cell.json"
 NO_ANSWER = 2
+PATIENCE = 15
+"""Added to the priority's number: whoever looks after a moving arm comes first."""
 
 
 def plan(request: Json, folder: Path) -> Json:
-    """Plan the calibration of the robot in `robot.yaml` [rad, m]."""
-    robot = read_robot(folder / "robot.yaml")
-    return {"joints": plan_poses(robot, request["count"], request["seed"]).tolist()}
+    """Plan the calibration of the robot in `robot.yaml`, in its cell [rad, m]."""
+    settings = _cell(folder)
+    robot = narrowed(read_robot(folder / "robot.yaml"), settings.limits)
+    roomy = with_room(surroundings(settings))
+    q = plan_poses(robot, request["count"], request["seed"], roomy)
+    order = clear_order(robot, surroundings(settings), q)
+    return {"joints": q[order].tolist()}
 
 
 def plan_verify(request: Json, folder: Path) -> Json:
     """Find nominal and compensated joints for targets that no fit has seen [rad, m]."""
-    targets = plan_verification(read_model(folder / MODEL), request["count"], request["seed"])
+    settings = _cell(folder)
+    calibrated = read_model(folder / MODEL)
+    robot = narrowed(calibrated.robot, settings.limits)
+    targets = plan_verification(
+        replace(calibrated, robot=robot),
+        request["count"],
+        request["seed"],
+        cell=with_room(surroundings(settings)),
+    )
+    order = clear_order(robot, surroundings(settings), targets.q_nominal)
     return {
-        "nominal": targets.q_nominal.tolist(),
-        "compensated": targets.q_compensated.tolist(),
+        "nominal": targets.q_nominal[order].tolist(),
+        "compensated": targets.q_compensated[order].tolist(),
     }
+
+
+def plan_health(request: Json, folder: Path) -> Json:
+    """Poses that show best whether base, tool, a joint or the temperature moved [rad, m]."""
+    settings = _cell(folder)
+    calibrated = read_model(folder / MODEL)
+    robot = narrowed(calibrated.robot, settings.limits)
+    roomy = with_room(surroundings(settings))
+    calibrated = replace(calibrated, robot=robot)
+    q = health_poses(calibrated, request["count"], request["seed"], roomy)
+    order = clear_order(robot, surroundings(settings), q)
+    return {"joints": q[order].tolist()}
 
 
 def calibrate(request: Json, folder: Path) -> Json:
     """Identify from the bundle in the folder and evaluate its uncertainty."""
     when = datetime.fromisoformat(request["date"])
-    done = calibrate_bundle(read_sound(folder), DEFAULT_STRATEGY, when)
+    asked = request.get("settings", {})
+    strategy = asked.get("strategy", DEFAULT_STRATEGY)
+    measured = read_sound(folder)
+    choices = choices_of(*(asked.get(wish, []) for wish in ("fix", "free", "prior")))
+    chosen = measured.choices.overruled_by(choices)
+    done = calibrate_bundle(replace(measured, choices=chosen), strategy, when)
     rows = done.bundle.measurements.fit_rows
     evaluation = evaluate(done.bundle, done.result, rows.joints)
+    sources = evaluation.sources
+    workspace = map_workspace(done.bundle.robot, done.result.model, sources, seed=0)
     return {
         "bundle_sha256": done.bundle.sha256,
-        "settings": {"strategy": DEFAULT_STRATEGY},
+        "settings": {"strategy": strategy} | asked,
         "identification": {
             **identification_document(done.result, done.folds),
             "residual_rows": residual_rows_document(residual_rows(done.bundle, done.result)),
         },
         "model": model_document(done.calibrated),
-        "uncertainty": uncertainty_document(evaluation, rows.lines),
+        "uncertainty": uncertainty_document(evaluation, rows.lines, workspace),
     }
 
 
-def verify(request: Json, folder: Path) -> Json:
-    """Compare what was reached with what was wanted, before and after compensation."""
-    calibrated = read_model(folder / MODEL)
-    nominal = np.array(request["nominal_joints"])
-    before = accuracy_before(calibrated, nominal, np.array(request["nominal_positions"]))
-    after = accuracy_after(calibrated, nominal, np.array(request["compensated_positions"]))
-    return {
-        "bundle_sha256": read_bundle(folder).sha256,
-        "settings": {},
-        "verification": {"before": accuracy_document(before), "after": accuracy_document(after)},
-    }
+def left_open(request: Json, folder: Path) -> Json:
+    """Name the parameters that the measured joints [rad, m] do not determine."""
+    robot = read_robot(folder / "robot.yaml")
+    q = np.array(request["joints"], dtype=float).reshape(-1, robot.n_joints)
+    return {"open": open_parameters(robot, q, sees_orientation=request["sees_orientation"])}
 
 
 OPERATIONS: dict[str, Callable[[Json, Path], Json]] = {
@@ -92,7 +127,17 @@ OPERATIONS: dict[str, Callable[[Json, Path], Json]] = {
     "plan_verify": plan_verify,
     "calibrate": calibrate,
     "verify": verify,
+    "left_open": left_open,
+    "assess_base": assess_base,
+    "calibrate_base": calibrate_base,
+    "diagnose": find_causes,
+    "plan_health": plan_health,
+    "health": judge_health,
 }
+
+
+def _cell(folder: Path) -> NewCell:
+    return NewCell.model_validate_json((folder / CELL).read_bytes())
 
 
 def _end_with_parent() -> None:
@@ -103,6 +148,8 @@ def _end_with_parent() -> None:
 def main() -> int:
     """Run one operation."""
     operation, folder = sys.argv[1], Path(sys.argv[2])
+    if sys.platform != "win32":
+        os.nice(PATIENCE)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     request = json.loads((folder / REQUEST).read_text(encoding="utf-8"))
     try:

@@ -1,17 +1,21 @@
 """The poses of a campaign, computed once and stored before anything moves."""
 
+import json
+
 import yaml
 from sqlalchemy import exists, select
 from sqlalchemy.orm import Session
 
 from service.campaigns.models import CampaignKind
-from service.campaigns.store import PURPOSE_CALIBRATE, store_plan
+from service.campaigns.poses import add_poses
+from service.campaigns.store import PURPOSE_CALIBRATE
 from service.db.models import CampaignRow, ParametersRow, PoseRow
 from service.procedures.computation import Json, compute
 from service.procedures.job import Job
 
-MODEL = "model.yaml"
+MODEL, CELL = "model.yaml", "cell.json"
 PURPOSE_NOMINAL, PURPOSE_COMPENSATED = "nominal", "compensated"
+PURPOSE_HEALTH = "health"
 
 
 def ensure_plan(job: Job) -> None:
@@ -21,22 +25,28 @@ def ensure_plan(job: Job) -> None:
         if session.scalar(select(exists().where(PoseRow.campaign == row.id))):
             return
         kind = CampaignKind(row.kind)
-        files = {"robot.yaml": row.robot_yaml.encode()}
+        files = {
+            "robot.yaml": row.robot_yaml.encode(),
+            CELL: json.dumps(row.cell_document).encode(),
+        }
         request: Json = {"count": row.pose_count, "seed": row.seed}
-        if kind is CampaignKind.verify:
+        if kind in {CampaignKind.verify, CampaignKind.health}:
             files[MODEL] = model_to_verify(session, row)
     if kind is CampaignKind.verify:
         joints, purposes = _alternate(compute("plan_verify", files, request, job.watch))
+    elif kind is CampaignKind.health:
+        joints = compute("plan_health", files, request, job.watch)["joints"]
+        purposes = [PURPOSE_HEALTH] * len(joints)
     else:
         joints = compute("plan", files, request, job.watch)["joints"]
         purposes = [PURPOSE_CALIBRATE] * len(joints)
     with job.database.write() as session:
         job.queue.hold_fence(session, job.claim)
-        store_plan(session, session.get_one(CampaignRow, job.campaign), joints, purposes)
+        add_poses(session, session.get_one(CampaignRow, job.campaign), joints, purposes)
 
 
 def model_to_verify(session: Session, row: CampaignRow) -> bytes:
-    """Return the model.yaml that a verification is about."""
+    """Return the model.yaml that a verification or a health check is about."""
     parameters = session.get_one(ParametersRow, (row.cell, row.parameters_version))
     return yaml.safe_dump(parameters.document["model"], sort_keys=False).encode()
 

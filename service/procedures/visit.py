@@ -1,27 +1,34 @@
-"""One visit to one pose: drive there, let it settle, read joints and tracker."""
+"""One visit to one pose: drive there, let it settle, read joints and tracker, believe it or not."""
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 from drivers.interfaces import JointMotion, Robot, RobotState, Tracker, TrackerReading
-from service.cells.models import Limits
+from service.cells.models import Limits, TrackerSettings
 from service.jobs.watch import Watch
-from service.procedures.job import Held
 
 JOINT_READINGS_BEFORE = 3
 JOINT_READINGS_AFTER = 2
+LOOKS = 3
+"""How often a pose is measured in place before its reading counts as not to be had."""
 ARRIVED_WITHIN = 2e-3
 """Largest distance between commanded and read joints on arrival [rad or m]."""
 STILL_WITHIN = 2e-4
-"""Largest change of a joint reading while the tracker measures [rad or m]."""
+"""Largest change of a joint reading while the robot stands and the tracker measures [rad or m]."""
 MOVED_FROM = 1e-4
 """A joint that moves less has no new direction of approach [rad or m]."""
+SPREAD_SIGMAS = 5.0
+"""So many standard uncertainties of the instrument may the shots of one reading scatter."""
 _POLL_S = 0.01
 _DEADLINE_FACTOR, _DEADLINE_MARGIN_S = 3.0, 10.0
 _SETTLE_MARGIN_S = 30.0
+
+
+class PoseNotTrue(Exception):
+    """What was read is not the pose that was wanted; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +61,17 @@ class Sight:
     seconds: Seconds
 
 
+@dataclass(frozen=True)
+class Visitor:
+    """What a visit needs of its campaign."""
+
+    robot: Robot
+    tracker: Tracker
+    tracker_settings: TrackerSettings
+    pace: Pace
+    watch: Watch
+
+
 def pace_of(limits: Limits, settle_s: float) -> Pace:
     """Return the pace that a cell's limits allow."""
     return Pace(
@@ -75,58 +93,131 @@ def approach_signs(
 
 
 def visit(
-    robot: Robot, tracker: Tracker, commanded: Sequence[float], pace: Pace, watch: Watch
+    visitor: Visitor,
+    start: tuple[float, ...],
+    stops: Sequence[tuple[float, ...]],
+    permit: Callable[[], RobotState],
+    meanwhile: Callable[[], None],
 ) -> Sight:
-    """Drive to a pose and read it.
+    """Drive over the stops to the last one, the pose, and read it.
+
+    Parameters
+    ----------
+    start
+        Where the robot stands; the first motion is permitted already.
+    permit
+        Asked before every further motion, gives where the robot stands; raises when it must not
+        move.
+    meanwhile
+        Done once while the robot settles.
 
     Raises
     ------
     DriverError
         When a device does not do its part.
-    Held
-        When the robot is not where it was sent, or moves while it is measured.
+    PoseNotTrue
+        When the robot is not where it was sent, does not stand still, or the reading scatters.
     Stopped
         When the job is no longer wanted.
     """
+    motion_s = _drive(visitor, start, stops[0])
+    for stop in stops[1:]:
+        motion_s += _drive(visitor, permit().joints, stop)
     clock = [time.perf_counter()]
-    start = robot.state().joints
-    robot.move(_motion(start, commanded, pace), watch.may_continue)
+    meanwhile()
+    still_since, state = settle(visitor.robot, visitor.pace.settle_s, visitor.watch)
+    _require_arrival(state, stops[-1])
     clock.append(time.perf_counter())
-    still_since, state = settle(robot, pace.settle_s, watch)
-    _require_arrival(state, commanded)
+    joints, robot_time_s, reading = _look_until_true(visitor)
     clock.append(time.perf_counter())
-    before = [robot.state() for _ in range(JOINT_READINGS_BEFORE)]
-    reading = tracker.measure()
-    after = [robot.state() for _ in range(JOINT_READINGS_AFTER)]
-    clock.append(time.perf_counter())
-    _require_stillness(before + after)
     return Sight(
-        joints=_mean([look.joints for look in before + after]),
-        settle_s=before[0].time_s - still_since,
-        robot_time_s=before[-1].time_s,
+        joints=joints,
+        settle_s=robot_time_s - still_since,
+        robot_time_s=robot_time_s,
         reading=reading,
-        seconds=Seconds(*(b - a for a, b in pairwise(clock))),
+        seconds=Seconds(motion_s, *(b - a for a, b in pairwise(clock))),
     )
 
 
+def _drive(visitor: Visitor, start: tuple[float, ...], stop: tuple[float, ...]) -> float:
+    """Make one motion; the time it took [s]."""
+    motion = _motion(start, stop, visitor.pace)
+    began = time.perf_counter()
+    visitor.robot.move(motion, visitor.watch.may_continue)
+    return time.perf_counter() - began
+
+
 def settle(robot: Robot, settle_s: float, watch: Watch) -> tuple[float, RobotState]:
-    """Wait until the robot has stood still for `settle_s` on its own clock; since when it stood."""
+    """Wait until the joints have stood still for `settle_s` on the robot's clock; since when.
+
+    Raises
+    ------
+    PoseNotTrue
+        When they do not come to rest.
+    """
     deadline = time.monotonic() + settle_s + _SETTLE_MARGIN_S
-    still_since: float | None = None
+    first: RobotState | None = None
     while True:
         state = robot.state()
         if state.moving:
-            still_since = None
-        elif still_since is None:
-            still_since = state.time_s
-        if still_since is not None and state.time_s - still_since >= settle_s:
-            return still_since, state
+            first = None
+        elif first is None or _moved(first, state) is not None:
+            first = state
+        if first is not None and state.time_s - first.time_s >= settle_s:
+            return first.time_s, state
         if time.monotonic() > deadline:
-            raise Held(
-                f"The robot did not come to rest within {settle_s + _SETTLE_MARGIN_S:g} s; "
-                "look what moves it, then resume."
+            raise PoseNotTrue(
+                f"the robot did not come to rest within {settle_s + _SETTLE_MARGIN_S:g} s; "
+                "look what moves it"
             )
         watch.wait(_POLL_S)
+
+
+def _look_until_true(visitor: Visitor) -> tuple[tuple[float, ...], float, TrackerReading]:
+    """Mean joints, the robot's clock, and the reading that belongs to them."""
+    failure = PoseNotTrue("never looked at")
+    for _ in range(LOOKS):
+        try:
+            return _look(visitor)
+        except PoseNotTrue as not_true:
+            failure = not_true
+            visitor.watch.check()
+    raise failure
+
+
+def _look(visitor: Visitor) -> tuple[tuple[float, ...], float, TrackerReading]:
+    robot = visitor.robot
+    before = [robot.state() for _ in range(JOINT_READINGS_BEFORE)]
+    reading = visitor.tracker.measure()
+    states = before + [robot.state() for _ in range(JOINT_READINGS_AFTER)]
+    for state in states:
+        joint = _moved(before[0], state)
+        if joint is not None:
+            change = abs(state.joints[joint] - before[0].joints[joint])
+            raise PoseNotTrue(
+                f"the robot moved while it was measured: joint {joint + 1} by {change:.5f} "
+                "(rad or m); look what else commands the robot"
+            )
+    _require_little_spread(reading, visitor.tracker_settings)
+    return _mean([state.joints for state in states]), before[-1].time_s, reading
+
+
+def spread_limit(position: Sequence[float], settings: TrackerSettings) -> float:
+    """Largest standard deviation of the shots that a reading at a position may have [m]."""
+    if settings.spread_mm is not None:
+        return settings.spread_mm * 1e-3
+    growing = settings.sigma_ppm * 1e-6 * math.hypot(*position)
+    return SPREAD_SIGMAS * math.hypot(settings.sigma_mm * 1e-3, growing)
+
+
+def _require_little_spread(reading: TrackerReading, settings: TrackerSettings) -> None:
+    limit = spread_limit(reading.position, settings)
+    if reading.spread > limit:
+        raise PoseNotTrue(
+            f"the tracker's {reading.shots} shots scatter by {reading.spread * 1e3:.3f} mm, "
+            f"allowed are {limit * 1e3:.3f} mm; look for vibration, air and the beam's way, or "
+            "set tracker.spread_mm"
+        )
 
 
 def _motion(start: Sequence[float], target: Sequence[float], pace: Pace) -> JointMotion:
@@ -144,20 +235,17 @@ def _require_arrival(state: RobotState, commanded: Sequence[float]) -> None:
     off = [abs(a - b) for a, b in zip(state.joints, commanded, strict=True)]
     worst = max(range(len(off)), key=off.__getitem__)
     if off[worst] > ARRIVED_WITHIN:
-        raise Held(
-            f"The robot stopped before its target: joint {worst + 1} is {off[worst]:.4f} "
-            "(rad or m) away; look what else commands the robot, then resume."
+        raise PoseNotTrue(
+            f"the robot stopped before its target: joint {worst + 1} is {off[worst]:.4f} "
+            "(rad or m) away; look what else commands the robot"
         )
 
 
-def _require_stillness(states: Sequence[RobotState]) -> None:
-    for joint, readings in enumerate(zip(*(state.joints for state in states), strict=True)):
-        change = max(readings) - min(readings)
-        if change > STILL_WITHIN:
-            raise Held(
-                f"The robot moved while it was measured: joint {joint + 1} by {change:.5f} "
-                "(rad or m); look what else commands the robot, then resume."
-            )
+def _moved(one: RobotState, other: RobotState) -> int | None:
+    """Return the joint that stands elsewhere in the other look; None if none does."""
+    changes = [abs(a - b) for a, b in zip(one.joints, other.joints, strict=True)]
+    worst = max(range(len(changes)), key=changes.__getitem__)
+    return worst if changes[worst] > STILL_WITHIN else None
 
 
 def _mean(rows: Sequence[tuple[float, ...]]) -> tuple[float, ...]:

@@ -13,6 +13,7 @@ from robocal.base_calibration.stage import Readings, Stage
 from robocal.base_calibration.touches import Touches
 from robocal.frames import xyz_ypr_from_frame
 from robocal.kinematics.jacobian import pose_jacobian
+from robocal.progress import counted
 from service.reproduce.base_calibration_paper import Experiment, arm, scara
 
 PERFECT_STAGE = Stage(
@@ -159,7 +160,7 @@ def draw_projection(experiment: Experiment, amplitude: float, draws: int, seed: 
     """The projection method on the paper's four touches."""
     layout, rng = paper_layout(experiment), np.random.default_rng(seed)
     found = []
-    for _ in range(draws):
+    for _ in counted("document 001, projection", range(draws), draws):
         q = (noisy(part, amplitude, rng) for part in (layout.master, layout.slave))
         answer = project(touches_of(layout, amplitude, *q), PERFECT_STAGE)
         if answer.transform is None:
@@ -173,7 +174,7 @@ def draw_registration(
 ) -> Errors:
     """The weighted least squares on any layout."""
     rng, found = np.random.default_rng(seed), []
-    for _ in range(draws):
+    for _ in counted("document 001, least squares", range(draws), draws):
         q = (noisy(part, amplitude, rng) for part in (layout.master, layout.slave))
         solution = solve(touches_of(layout, amplitude, *q), PERFECT_STAGE)
         found.append(errors_of(solution.state.slave, experiment))

@@ -180,14 +180,13 @@ def _ratio(found: Study) -> list[str]:
     return lines
 
 
-def draw_pictures(found: Study, folder: Path) -> None:
-    """The index curves, and the parameters' uncertainties beside the document's."""
+def pictures(found: Study) -> dict[str, str]:
+    """SVG by file name: the index curves; the parameters' uncertainties beside the document's."""
     counts = found.curve.counts.astype(float)
     curves = tuple(
         Line(name, counts, found.curve.mean[name] / found.curve.mean[name][-1]) for name in INDICES
     )
-    chart = Chart("poses", "index over its value at the last number", curves)
-    (folder / CURVES).write_text(chart_svg(chart), encoding="utf-8")
+    indices = Chart("poses", "index over its value at the last number", curves)
     printed = np.array(list(TABLE_3.values()))
     alone, waves = _columns(found.noise_alone), _columns(found.with_waves)
     place = np.arange(len(PARAMETERS), dtype=float)
@@ -201,8 +200,8 @@ def draw_pictures(found: Study, folder: Path) -> None:
             ("with waves, random", waves[4]),
         )
     )
-    chart = Chart("", "standard uncertainty [deg or mm]", dots, PARAMETERS, logarithmic=True)
-    (folder / PARAMETER_PLOT).write_text(chart_svg(chart), encoding="utf-8")
+    each = Chart("", "standard uncertainty [deg or mm]", dots, PARAMETERS, logarithmic=True)
+    return {CURVES: chart_svg(indices), PARAMETER_PLOT: chart_svg(each)}
 
 
 def reproduce(seed: int, sizes: Sizes) -> Study:
@@ -219,7 +218,8 @@ def main() -> None:
     found = reproduce(options.seed, Sizes())
     sys.stdout.write(report(found))
     if options.pictures:
-        draw_pictures(found, options.pictures)
+        for name, text in pictures(found).items():
+            (options.pictures / name).write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

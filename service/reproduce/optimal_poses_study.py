@@ -13,6 +13,7 @@ from robocal.planning.curve import IndexCurve, index_curve
 from robocal.planning.document_002 import document_rows
 from robocal.planning.pose_rows import scale_columns
 from robocal.planning.selectors import SELECTORS, merit
+from robocal.progress import counted
 from robocal.robots.library import load_robot
 from robocal.uncertainty.many_cells import many_targets
 from robocal.uncertainty.tool_draws import normal_draws
@@ -182,7 +183,7 @@ def _errors(
 ) -> PaperErrors:
     """Tables 1 and 2, mean over robots and sets [mm]."""
     found = []
-    for world, chosen in sets:
+    for world, chosen in counted("document 002, calibrations", sets, len(sets)):
         q = poses.candidates[chosen]
         fits, readings = calibrate(world, q, rng)
         tested = world.read(poses.tests, rng, 1)
@@ -210,9 +211,10 @@ def _spread(
     repeated, _ = calibrate(world, q[_random(rng, n, _RANDOM_POSES)], rng, _REPEATS)
     by_number = [calibrate(world, q[_random(rng, n, count)], rng)[0] for count in _COUNTS]
     by_region = [calibrate(world, q[some], rng)[0] for some in _regions(q, rng)]
+    sets = sizes.worlds * sizes.random_sets
     alike = [
         calibrate(world, q[_random(rng, n, len(best))], rng)[0].covariance[0]
-        for _ in range(sizes.worlds * sizes.random_sets)
+        for _ in counted("document 002, random sets", range(sets), sets)
     ]
     random_covariance = np.mean(alike, axis=0)
     best_covariance = best_fits.covariance[0]
@@ -251,7 +253,9 @@ def _tool(
         moves = np.zeros((_MODEL.n_parameters, sizes.draws))
         moves[FREE] = normal_draws(covariance, np.random.default_rng([seed, 4]), sizes.draws)
         vectors = _MODEL.vector[:, None] + moves
-        u = [_distance_std(vectors, joints) for joints in (np.zeros(6), *poses.tests)]
+        tests = (np.zeros(6), *poses.tests)
+        points = counted("document 002, the tool", tests, len(tests))
+        u = [_distance_std(vectors, joints) for joints in points]
         found.append((u[0], float(np.mean(u[1:]))))
     return ToolSpread((found[0][0], found[1][0]), (found[0][1], found[1][1]))
 

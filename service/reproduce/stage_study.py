@@ -155,7 +155,15 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=1000)
     parser.add_argument("--fault-runs", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--slip-mm", type=float, help="nothing but slips of this size")
     options = parser.parse_args()
+    if options.slip_mm is not None:
+        slip = StageFaultCase(SLIPPED, None, options.slip_mm * 1e-3)
+        right = named(slip, options.fault_runs, options.seed)
+        sys.stdout.write(
+            f"slip of {options.slip_mm:g} mm named first in {right} of {options.fault_runs}\n"
+        )
+        return
     done = coverage(options.runs, options.seed)
     shares = ", ".join(f"{share:.1%}" for share in done.share)
     sys.stdout.write(

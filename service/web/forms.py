@@ -13,7 +13,7 @@ from robocal.robots.library import ROBOTS
 from service.campaigns.models import CampaignKind, NewCampaign
 from service.cells.models import NewCell
 
-KINDS_OFFERED = (CampaignKind.calibrate, CampaignKind.verify)
+KINDS_OFFERED = (CampaignKind.calibrate, CampaignKind.verify, CampaignKind.health)
 SUGGESTED_POSES = 40
 """Enough for the 30 parameters of a six-axis arm with a quarter of the poses held out."""
 
@@ -73,7 +73,12 @@ def cell_fields() -> tuple[Field, ...]:
 def cell_detail_fields() -> tuple[Field, ...]:
     """What a new cell may say: the instrument's uncertainty and the speed."""
     tracker = ("tracker.sigma_mm", "tracker.sigma_ppm", "tracker.sigma_mrad")
-    limits = ("limits.speed_deg_s", "limits.acceleration_deg_s2", "limits.full_speed_deg_s")
+    limits = (
+        "limits.speed_deg_s",
+        "limits.acceleration_deg_s2",
+        "limits.full_speed_deg_s",
+        "limits.floor_mm",
+    )
     return _fields(NewCell, dict.fromkeys((*tracker, *limits), ()))
 
 

@@ -7,8 +7,10 @@ from fastapi.responses import HTMLResponse
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from service.web import assets, numbers
-from service.web.words import LANGUAGE, WORDS
+from service.access.caller import CURRENT
+from service.access.secrets import form_token
+from service.web import assets, numbers, preferences
+from service.web.words import LANGUAGES
 
 _POLICY = {
     "default-src": "'none'",
@@ -38,9 +40,8 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.globals.update(
-        w=WORDS,
-        language=LANGUAGE,
-        words_json=_for_script(WORDS),
+        language_names={code: words["language_name"] for code, words in LANGUAGES.items()},
+        themes=tuple(preferences.Theme),
         page_asset=assets.collection(assets.PAGES).address,
         style_marks=assets.style_marks(),
         plotly_address=assets.collection(assets.PLOTLY).address("plotly.min.js"),
@@ -64,9 +65,21 @@ def _moment(stored: str) -> str:
 
 
 _templates = _environment()
+_WORDS_JSON = {code: _for_script(words) for code, words in LANGUAGES.items()}
 
 
 def page(template: str, status: HTTPStatus = HTTPStatus.OK, **content: object) -> HTMLResponse:
     """Make a page, or a part of one, from a template."""
-    text = _templates.get_template(template).render(**content)
+    caller = CURRENT.get()
+    token = form_token(caller.login_token) if caller.login_token else ""
+    wanted = preferences.CURRENT.get()
+    text = _templates.get_template(template).render(
+        caller=caller,
+        form_token=token,
+        w=LANGUAGES[wanted.language],
+        words_json=_WORDS_JSON[wanted.language],
+        language=wanted.language,
+        theme=wanted.theme,
+        **content,
+    )
     return HTMLResponse(text, status_code=status, headers=HEADERS)

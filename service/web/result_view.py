@@ -7,8 +7,8 @@ from service.web.numbers import aligned, decimals_for, fixed, nominal, signed
 
 Json = dict[str, Any]
 
-_SYMBOLS = {"theta": "θ", "d": "d", "a": "a", "alpha": "α", "beta": "β"}
-_UNIT_SIGNS = {"deg": "°", "mm": "mm"}
+SYMBOLS = {"theta": "θ", "d": "d", "a": "a", "alpha": "α", "beta": "β"}
+UNIT_SIGNS = {"deg": "°", "mm": "mm"}
 _IDENTIFIED = "identified"
 _FRAME_VALUES = ("x", "y", "z", "yaw", "pitch", "roll")
 _RESIDUAL_DECIMALS = 4
@@ -90,7 +90,7 @@ class Reduction:
 def parameter_lines(identification: Json) -> list[ParameterLine]:
     """Every link parameter, joint by joint."""
     rows = identification["parameters"]
-    decimals = {unit: _decimals(rows, unit) for unit in _UNIT_SIGNS}
+    decimals = {unit: _decimals(rows, unit) for unit in UNIT_SIGNS}
     return _aligned([_parameter_line(row, decimals[row["unit"]]) for row in rows])
 
 
@@ -117,9 +117,9 @@ def _parameter_line(row: Json, decimals: int) -> ParameterLine:
     moved = row["identified"] != row["nominal"]
     return ParameterLine(
         name=row["name"],
-        symbol=_SYMBOLS[letter],
+        symbol=SYMBOLS[letter],
         joint=joint,
-        unit=_UNIT_SIGNS[row["unit"]],
+        unit=UNIT_SIGNS[row["unit"]],
         nominal=nominal(row["nominal"]),
         identified=fixed(row["identified"], decimals) if moved else nominal(row["identified"]),
         difference=signed(row["identified"] - row["nominal"], decimals) if moved else "",

@@ -7,15 +7,15 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
 from sqlalchemy.orm import Session
 
-from service.campaigns import life, results
+from service.campaigns import life, poses, results
 from service.campaigns import store as campaigns
-from service.campaigns.models import ENDED, Campaign, CampaignKind, CampaignState
+from service.campaigns.models import ENDED, Campaign, CampaignKind, CampaignState, PoseState
 from service.campaigns.results import ResultKind
 from service.cells import store as cells
 from service.db.engine import Database
 from service.dependencies import DatabaseDependency, RowNumber
 from service.errors import NotFound
-from service.web import assets, forms, result_view
+from service.web import assets, forms, live_view, result_view
 from service.web.rendering import page
 
 router = APIRouter(include_in_schema=False)
@@ -76,7 +76,18 @@ def campaign_page(number: RowNumber, database: DatabaseDependency) -> HTMLRespon
         except NotFound as error:
             return page("problem.html", HTTPStatus.NOT_FOUND, sentence=str(error))
         own_cell = [cells.shown(cells.find(session, shown.cell))] if shown.cell else []
-    return page("campaign.html", campaign=shown, cells=own_cell, ended=False)
+    return page(
+        "campaign.html", campaign=shown, cells=own_cell, ended=False, enough=live_view.ENOUGH
+    )
+
+
+@router.get("/parts/campaigns/{number}/skipped")
+def skipped_part(number: RowNumber, database: DatabaseDependency) -> HTMLResponse:
+    """List the poses that were left out; empty where none was."""
+    with database.read() as session:
+        row = life.find(session, number)
+        left_out = poses.poses(session, row, PoseState.skipped).poses
+    return page("part_skipped.html", skipped=left_out)
 
 
 @router.get("/parts/campaigns/{number}/result")
@@ -88,6 +99,8 @@ def result_part(number: RowNumber, database: DatabaseDependency) -> HTMLResponse
         return page("part_no_result.html", ended=shown.state in ENDED)
     if shown.kind is CampaignKind.verify:
         return _verification(database, shown)
+    if shown.kind is CampaignKind.health:
+        return _health(database, shown)
     return _identification(database, shown)
 
 
@@ -107,7 +120,7 @@ class Listed:
 
 
 def _listed(session: Session, before: int | None) -> Listed:
-    found = campaigns.page(session, None, before, SHOWN_CAMPAIGNS + 1)
+    found = campaigns.page(session, campaigns.EVERY, before, SHOWN_CAMPAIGNS + 1)
     shown = found[:SHOWN_CAMPAIGNS]
     return Listed(shown, shown[-1].id if len(found) > len(shown) else None)
 
@@ -132,6 +145,12 @@ def _identification(database: Database, campaign: Campaign) -> HTMLResponse:
         intervals=result_view.intervals_verdict(uncertainty),
         drift=result_view.drift_line(identification),
     )
+
+
+def _health(database: Database, campaign: Campaign) -> HTMLResponse:
+    with database.read() as session:
+        found = results.newest(session, campaign.id, ResultKind.health).document
+    return page("part_health.html", campaign=campaign, found=found)
 
 
 def _verification(database: Database, campaign: Campaign) -> HTMLResponse:

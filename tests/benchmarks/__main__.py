@@ -1,7 +1,7 @@
 """`make bench`: all comparisons as Markdown, then the figures to reach.
 
-`python -m tests.benchmarks [identification] [kinematics] [startup] [planning] [uncertainty]` runs
-some of them. Exit status 1 says that a figure was missed.
+`python -m tests.benchmarks [identification] [kinematics] [startup] [planning] [uncertainty] [load]`
+runs some of them. Exit status 1 says that a figure was missed.
 """
 
 import os
@@ -9,7 +9,7 @@ import platform
 import sys
 from pathlib import Path
 
-from tests.benchmarks import identification, kinematics, programs, startup
+from tests.benchmarks import identification, kinematics, load, programs, startup
 from tests.benchmarks.report import Goal
 
 PARTS = {
@@ -18,6 +18,7 @@ PARTS = {
     "startup": startup.run,
     "planning": programs.planning,
     "uncertainty": programs.uncertainty,
+    "load": load.run,
 }
 
 

@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 
 from tests.blind.confusion import broken, confusion, worst
 from tests.blind.rates import RATES, Line, ambiguous, is_ambiguous
-from tests.blind.trials import Order, Trial, diagnose_all, make, measure_more, run, workers
+from tests.blind.trials import WORKERS, Order, Trial, diagnose_all, make, measure_more, run, workers
 
 FEW_POSES = ("--poses", "60", "--repeats", "9", "--size", "0.5")
 AMBIGUOUS = "ambiguous"
@@ -63,13 +63,14 @@ def main() -> int:
     parser.add_argument("--orientation", action="store_true", help="full poses (6D)")
     parser.add_argument("--effect", help="hide only this one")
     parser.add_argument("--keep", type=Path, help="folder for bundles, truths and diagnoses")
+    parser.add_argument("--workers", type=int, default=WORKERS, help="processes side by side")
     options = parser.parse_args()
     seed = secrets.randbits(31) if options.seed is None else options.seed
     arguments = ("--orientation",) * options.orientation
     if options.effect:
         arguments = (*arguments, "--effect", options.effect)
     say(f"seed {seed}: repeat with --seed {seed}, the same kinds and --trials {options.trials}")
-    with TemporaryDirectory() as scratch, workers() as pool:
+    with TemporaryDirectory() as scratch, workers(options.workers) as pool:
         ended = [
             report(
                 Order(kind, options.trials, seed, arguments),

@@ -95,12 +95,12 @@ def diagnose_bundle(bundle: Path, result: Path) -> None:
 
 
 @contextmanager
-def workers() -> Iterator[ProcessPoolExecutor]:
+def workers(count: int = WORKERS) -> Iterator[ProcessPoolExecutor]:
     """Processes of one numerics thread each."""
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     # A fresh process each: a forked one would inherit the threads of the numerics library.
     fresh = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(WORKERS, mp_context=fresh) as pool:
+    with ProcessPoolExecutor(count, mp_context=fresh) as pool:
         yield pool
 
 

@@ -11,9 +11,10 @@ from world_process import world
 from drivers.devices import mock_robot
 from drivers.devices.mock_robot import MockRobot
 from drivers.devices.mock_stage import MockStageSensor
+from drivers.devices.mock_temperature import MockTemperature
 from drivers.devices.mock_tracker import MockTracker
 from drivers.errors import BadReply, Interrupted, NoReply, Refused, Unreachable, Unsafe
-from drivers.interfaces import JointMotion, Safety
+from drivers.interfaces import FixedNest, JointMotion, Safety, TurningTracker
 
 TARGET = (0.5, -1.0, 1.0, -0.3, 0.2, 0.1)
 HELLO = b'{"ok": true, "n_joints": 6, "time_scale": 1}\n'
@@ -287,3 +288,31 @@ def test_the_last_words_of_a_cut_connection_are_reported():
     thread.join()
     listener.close()
     assert caught.value.raw == b'{"ok": tr'
+
+
+def test_a_fixed_nest_is_measured_wherever_the_robot_stands(tmp_path):
+    with world(tmp_path, nests={"r1": [2000, -300, 500]}) as cell:
+        tracker = MockTracker(cell.address)
+        tracker.connect()
+        assert isinstance(tracker, TurningTracker)
+        seen = tracker.measure_fixed(FixedNest("r1", (2.0, -0.3, 0.5)))
+        assert seen.position == pytest.approx((2.0, -0.3, 0.5), abs=2e-4)
+        with pytest.raises(Refused, match="No nest 'r2'"):
+            tracker.measure_fixed(FixedNest("r2", (2.0, -0.3, 0.5)))
+        tracker.close()
+
+
+def test_a_nest_moves_as_the_station_drifts(tmp_path):
+    drift = {"effect": "base_step", "step_mm": [3, 0, 0], "after_readings": 0}
+    with world(tmp_path, nests={"r1": [2000, 0, 0]}, effects=[drift]) as cell:
+        x, _, _ = cell.ask("measure", target="r1")["position"]
+    assert x == pytest.approx(2.003, abs=2e-4)
+
+
+def test_the_probe_reads_the_temperature_of_the_arm(cell):
+    cell.set("temperature_degc", 31.5)
+    probe = MockTemperature(cell.address)
+    probe.connect()
+    assert probe.read().temperature_degc == 31.5
+    probe.close()
+    cell.set("temperature_degc", None)

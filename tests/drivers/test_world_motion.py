@@ -4,7 +4,7 @@ import math
 import socket
 
 import pytest
-from world_process import EXACT, pendulum, world
+from world_process import EXACT, PENDULUM, pendulum, world
 
 SAMPLES = 60
 
@@ -163,3 +163,11 @@ def test_the_clock_runs_at_its_scale_and_does_not_jump(arm):
     assert before < after["time_s"] < before + 5.0
     while arm.ask("hello")["time_s"] < before + 20.0:
         pass  # 20 s of the world within 20 ms of ours, else the suite's own time limit ends it.
+
+
+def test_an_arm_without_length_moves_like_any_other(tmp_path):
+    dot = tmp_path / "dot.yaml"
+    dot.write_text(PENDULUM.replace("a_mm: 1000", "a_mm: 0").replace("[-400, 0, 0]", "[0, 0, 0]"))
+    with world(tmp_path, dot, geometry_error={"length_mm": 0, "angle_mrad": 0}) as cell:
+        cell.move_and_wait([0.5])
+        assert cell.ask("robot")["joints"] == [0.5]

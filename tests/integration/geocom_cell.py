@@ -29,6 +29,7 @@ WORLD = {
     "tool": {"xyz_mm": [0, 0, 0], "ypr_deg": [0, 0, 0]},
     "noise": {"position_mm": 0, "ppm": 0, "orientation_mrad": 0},
     "repeatability_mm": 0,
+    "nests": {"r1": [-800, 1500, -300]},
 }
 TARGET = (1.234567, 2.345678, 0.456789)
 """Where the target is [m], the point of the transcripts."""

@@ -35,9 +35,9 @@ class Cell:
         self.world.set_safety("normal")
         self.world.ask("set", name="time_scale", value=self.time_scale)
         self.world.ask("stop", acceleration=1e3)
-        wait_until(self.world.at_rest, within_s=1.0)
+        wait_until(self.world.at_rest)
         self.world.ask("move", joints=list(self.here), speed=1e2, acceleration=1e3)
-        wait_until(self.world.at_rest, within_s=1.0)
+        wait_until(self.world.at_rest)
 
 
 @contextmanager

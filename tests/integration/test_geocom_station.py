@@ -14,6 +14,7 @@ from geocom_cell import TARGET, geocom_cell
 
 from drivers.devices.geocom import GeoComTracker
 from drivers.errors import BadReply, NoReply, Refused, Unreachable
+from drivers.interfaces import FixedNest, TurningTracker
 from drivers.registry import open_tracker
 
 TRANSCRIPTS = Path(__file__).parents[1] / "drivers" / "transcripts"
@@ -98,6 +99,14 @@ def test_the_spread_tells_the_noise(tmp_path):
     # The largest of three standard deviations of 60 shots each.
     assert reading.spread == pytest.approx(0.3e-3, rel=0.35)
     assert math.dist(reading.position, TARGET) < 5 * 0.3e-3 / math.sqrt(60) * math.sqrt(3)
+
+
+def test_it_turns_to_a_fixed_nest_and_back_to_the_target(tracker):
+    assert isinstance(tracker, TurningTracker)
+    assert tracker.measure().position == pytest.approx(TARGET, abs=2e-9)
+    seen = tracker.measure_fixed(FixedNest("r1", (-0.802, 1.5, -0.3)))
+    assert seen.position == pytest.approx((-0.8, 1.5, -0.3), abs=2e-9)
+    assert tracker.measure().position == pytest.approx(TARGET, abs=2e-9)
 
 
 def test_a_blocked_beam_is_refused_and_seen_again(cell, tracker):

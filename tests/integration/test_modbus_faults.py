@@ -88,11 +88,11 @@ def test_a_fault_that_lasts_is_told_and_forgotten_when_it_is_over(cell, robot, k
 def test_a_fault_during_a_motion_stops_the_arm_and_never_starts_it_again(cell, robot, order):
     with pytest.raises((NoReply, BadReply, Refused, Unreachable)):
         robot.move(slow(cell), once_moving(cell, lambda: cell.fault(**order)))
-    wait_until(cell.world.at_rest, within_s=1.0)
+    wait_until(cell.world.at_rest)
     assert cell.world.joints()[0] < 2.5
     assert_stays(cell)
     cell.fault("none")
-    wait_until(lambda: not robot.state().moving, within_s=1.0)
+    wait_until(lambda: not robot.state().moving)
     robot.move(JointMotion(cell.here, 1.0, 2.0, 10.0), go_on)
     assert cell.world.joints() == pytest.approx(cell.here, abs=1e-7)
 
@@ -102,7 +102,7 @@ def test_a_lost_network_stops_the_arm_within_a_third_of_a_second(cell, robot):
 
     def cut():
         cell.fault("half_open")
-        rest_s.append(wait_until(cell.world.at_rest, within_s=2.0))
+        rest_s.append(wait_until(cell.world.at_rest))
 
     with pytest.raises(NoReply):
         robot.move(slow(cell), once_moving(cell, cut))
@@ -183,7 +183,7 @@ def test_the_controller_answers_byte_for_byte(tmp_path):
     frames = [line for line in lines if line[0] in "<>"]
     with modbus_cell(tmp_path) as cell:
         cell.world.ask("move", joints=[0.0] * 6, speed=1e2, acceleration=1e3)
-        wait_until(cell.world.at_rest, within_s=1.0)
+        wait_until(cell.world.at_rest)
         host, _, port = cell.address.partition(":")
         with socket.create_connection((host, int(port)), 5) as connection:
             for request, reply in zip(frames[::2], frames[1::2], strict=True):
@@ -195,7 +195,7 @@ def test_the_controller_answers_byte_for_byte(tmp_path):
                     for word in reply[2:].split()
                 )
                 assert re.fullmatch(pattern, connection.recv(4096), re.DOTALL), request
-        wait_until(lambda: cell.world.joints()[0] > 0.0, within_s=1.0)
+        wait_until(lambda: cell.world.joints()[0] > 0.0)
 
 
 def test_a_command_that_comes_twice_moves_the_robot_once(cell):
@@ -206,9 +206,9 @@ def test_a_command_that_comes_twice_moves_the_robot_once(cell):
     link.open()
     sequence = block.decode(link.read("look", Table.input, 0, 24)).accepted + 1
     link.write("move", 100, block.move_block(sequence, far))
-    wait_until(cell.world.moving, within_s=1.0)
+    wait_until(cell.world.moving)
     cell.world.ask("stop", acceleration=1e3)
-    wait_until(cell.world.at_rest, within_s=1.0)
+    wait_until(cell.world.at_rest)
     link.write("move", 100, block.move_block(sequence, far))
     assert_stays(cell)
     link.close()

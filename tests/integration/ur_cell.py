@@ -14,6 +14,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 HERE = (0.0, -math.pi / 2, math.pi / 2, -math.pi / 2, -math.pi / 2, 0.0)
 START_DEG = [math.degrees(q) for q in HERE]
+PATIENCE_S = 60.0
+"""For what is not promised in a time, on a machine that does ten other things."""
 
 
 def address(number: int) -> str:
@@ -22,7 +24,9 @@ def address(number: int) -> str:
     return f"127.{64 + pid % 64}.{pid // 64 % 256}.{number}"
 
 
-def wait_until(condition: Callable[[], bool], within_s: float, period_s: float = 0.004) -> float:
+def wait_until(
+    condition: Callable[[], bool], within_s: float = PATIENCE_S, period_s: float = 0.004
+) -> float:
     """Wait for an event; return how long it took [s]."""
     start_s = time.monotonic()
     while not condition():
@@ -60,7 +64,7 @@ class World:
 
     def __init__(self, port: int) -> None:
         self.address = f"127.0.0.1:{port}"
-        self._socket = socket.create_connection(("127.0.0.1", port), 5)
+        self._socket = socket.create_connection(("127.0.0.1", port), PATIENCE_S)
         self._lines = self._socket.makefile("rb")
 
     def ask(self, op: str, **fields: object) -> dict:
@@ -101,13 +105,13 @@ class Cell:
         self.world.set_safety("normal")
         self.world.ask("set", name="time_scale", value=self.time_scale)
         self.world.ask("stop", acceleration=1e3)
-        wait_until(self.world.at_rest, within_s=1.0)
+        wait_until(self.world.at_rest)
         self.world.ask("move", joints=list(HERE), speed=1e2, acceleration=1e3)
-        wait_until(self.world.at_rest, within_s=1.0)
-        wait_until(lambda: self.dashboard("running") == "Program running: false", within_s=1.0)
+        wait_until(self.world.at_rest)
+        wait_until(lambda: self.dashboard("running") == "Program running: false")
 
     def dashboard(self, command: str) -> str:
-        with socket.create_connection((self.address, 29999), 5) as connection:
+        with socket.create_connection((self.address, 29999), PATIENCE_S) as connection:
             lines = connection.makefile("rw")
             lines.readline()
             lines.write(f"{command}\n")

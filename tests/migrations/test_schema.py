@@ -1,28 +1,31 @@
-"""The schema is made by migrations alone, and no migration loses a row."""
+"""The schema is made by migrations alone, and no migration loses a row, on either database."""
 
-import sqlite3
-from contextlib import closing
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import pytest
 from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import inspect, select, text
+from sqlalchemy.exc import DBAPIError, IntegrityError
 
 from service.db.engine import Database, open_database
-from service.db.models import Base
-from service.db.upgrade import alembic_config, migrate, schema_revision, upgrade_schema
+from service.db.models import Base, CellRow
+from service.db.upgrade import alembic_config, is_ours, migrate, schema_revision, upgrade_schema
 
 CHILD = """
-INSERT INTO cell VALUES ('c', '{}', 0, 'now');
+INSERT INTO cell VALUES ('c', '{}', false, 'now');
 INSERT INTO campaign (id, cell, kind, state, wish, reason, revision, pose_count, repeats, settle_s,
   seed, robot_yaml, joint_units, created)
   VALUES (1, 'c', 'calibrate', 'queued', '', '', 1, 1, 1, 0, 1, '', '[]', 'now');
 INSERT INTO job (id, campaign, cell, kind, state, fence, lease_until, worker, reason, created)
   VALUES (1, 1, 'c', 'collect', 'queued', 0, 0, '', '', 'now');
-INSERT INTO pose VALUES (1, 0, 'measured', 1, '[0]', '[1]', 'calibrate');
+INSERT INTO pose VALUES (1, 0, 'measured', 1, '[0]', '[1]', 'calibrate', '');
 INSERT INTO reading VALUES (1, 1, 0, 0, 2, 1, 1, '[0]', '[0]', '[0,0,0]', NULL, 0, 1, NULL, '[1]',
-  0.3, 0.5, 1, 1, 0, 1, 1, 1, 1, 'now');
+  0.3, 0.5, 1, 1, 0, 1, 1, 1, 1, 'now', NULL);
 """
 
 # A later migration that recreates a parent table in batch mode, as SQLite needs it.
@@ -33,16 +36,34 @@ revision = "9999"
 down_revision = "{head}"
 
 
+def how():
+    return "always" if op.get_bind().dialect.name == "sqlite" else "never"
+
+
 def upgrade():
-    with op.batch_alter_table("campaign", recreate="always") as batch:
+    with op.batch_alter_table("campaign", recreate=how()) as batch:
         batch.add_column(sa.Column("remark", sa.Text(), nullable=True))
     {more}
 
 
 def downgrade():
-    with op.batch_alter_table("campaign", recreate="always") as batch:
+    with op.batch_alter_table("campaign", recreate=how()) as batch:
         batch.drop_column("remark")
 """
+
+
+COMPARED = {"compare_type": True, "include_name": is_ours}
+ROWS = ("cell", "campaign", "job", "pose", "reading")
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def database(request, tmp_path):
+    url = f"sqlite:///{tmp_path / 'migrated.sqlite3'}"
+    if request.param == "postgresql":
+        url = request.getfixturevalue("bare_postgresql_url")
+    opened = open_database(url)
+    yield opened
+    opened.close()
 
 
 @pytest.fixture
@@ -51,31 +72,25 @@ def file(tmp_path) -> Path:
 
 
 @pytest.fixture
-def database(file):
+def sqlite_database(file):
     opened = open_database(f"sqlite:///{file}")
     yield opened
     opened.close()
 
 
-def fill(file: Path) -> None:
-    with closing(sqlite3.connect(file)) as connection:
-        connection.execute("PRAGMA foreign_keys = ON")
-        connection.executescript(CHILD)
+def fill(database: Database) -> None:
+    with database.write() as session:
+        for statement in CHILD.split(";")[:-1]:
+            session.connection().exec_driver_sql(statement)
 
 
-def counts(file: Path) -> dict[str, int]:
-    tables = ("cell", "campaign", "job", "pose", "reading")
-    with closing(sqlite3.connect(file)) as connection:
-        return {
-            table: connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
-            for table in tables
-        }
+def counts(database: Database) -> dict[str, int]:
+    with database.read() as session:
+        return {table: session.scalar(text(f"SELECT count(*) FROM {table}")) or 0 for table in ROWS}
 
 
-def tables(file: Path) -> set[str]:
-    with closing(sqlite3.connect(file)) as connection:
-        rows = connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
-        return {name for (name,) in rows}
+def tables(database: Database) -> set[str]:
+    return set(inspect(database.engine).get_table_names())
 
 
 def later_config(database: Database, folder: Path, more: str = "pass"):
@@ -89,75 +104,139 @@ def later_config(database: Database, folder: Path, more: str = "pass"):
     return config
 
 
+def upgraded(url: str) -> None:
+    """Upgrade, as a process of its own."""
+    opened = open_database(url)
+    upgrade_schema(opened)
+    opened.close()
+
+
 def test_the_migrations_make_just_what_the_models_say(database):
     upgrade_schema(database)
     with database.engine.connect() as connection:
-        context = MigrationContext.configure(connection, opts={"compare_type": True})
+        context = MigrationContext.configure(connection, opts=COMPARED)
         assert compare_metadata(context, Base.metadata) == []
     command.check(alembic_config(database.engine))
 
 
-def test_up_down_up_leaves_nothing_behind_and_works_again(database, file):
+def test_the_migrations_are_one_chain(database):
+    assert len(ScriptDirectory.from_config(alembic_config(database.engine)).get_heads()) == 1
+
+
+def test_every_single_step_goes_down_and_up_again_with_rows(database):
     config = alembic_config(database.engine)
     upgrade_schema(database)
-    fill(file)
+    fill(database)
+    # The first step makes the tables that hold the rows.
+    steps = len(list(ScriptDirectory.from_config(config).walk_revisions())) - 1
+    for _ in range(steps):
+        command.downgrade(config, "-1")
+        assert counts(database) == dict.fromkeys(ROWS, 1)
+    for _ in range(steps):
+        command.upgrade(config, "+1")
+        assert counts(database) == dict.fromkeys(ROWS, 1)
+    upgrade_schema(database)
+
+
+def test_up_down_up_leaves_nothing_behind_and_works_again(database):
+    config = alembic_config(database.engine)
+    upgrade_schema(database)
+    fill(database)
     command.downgrade(config, "base")
-    assert tables(file) == {"alembic_version"}
+    assert tables(database) == {"alembic_version"}
+    assert not set(inspect(database.engine).get_schema_names()) & {"procrastinate"}
     command.upgrade(config, "head")
-    assert counts(file) == dict.fromkeys(counts(file), 0)
-    fill(file)
-    assert counts(file) == dict.fromkeys(counts(file), 1)
+    assert counts(database) == dict.fromkeys(ROWS, 0)
+    fill(database)
+    assert counts(database) == dict.fromkeys(ROWS, 1)
 
 
-def test_an_upgrade_of_an_upgraded_database_changes_nothing(database, file):
+def test_an_upgrade_of_an_upgraded_database_changes_nothing(database, tmp_path):
     upgrade_schema(database)
-    fill(file)
+    fill(database)
     upgrade_schema(database)
-    assert counts(file) == dict.fromkeys(counts(file), 1)
-    assert list(file.parent.glob("*.before-*")) == []
+    assert counts(database) == dict.fromkeys(ROWS, 1)
+    assert list(tmp_path.glob("*.before-*")) == []
 
 
-def test_recreating_a_parent_table_keeps_its_children_up_and_down(database, file, tmp_path):
+def test_several_processes_may_upgrade_at_once(database):
+    url = database.engine.url.render_as_string(hide_password=False)
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        for done in [pool.submit(upgraded, url) for _ in range(2)]:
+            done.result()
+    fill(database)
+    assert counts(database) == dict.fromkeys(ROWS, 1)
+
+
+def test_recreating_a_parent_table_keeps_its_children_up_and_down(database, tmp_path):
     upgrade_schema(database)
-    fill(file)
+    fill(database)
     config = later_config(database, tmp_path / "later")
     command.upgrade(config, "heads")
-    assert counts(file) == dict.fromkeys(counts(file), 1)
+    assert counts(database) == dict.fromkeys(ROWS, 1)
     command.downgrade(config, "-1")
-    assert counts(file) == dict.fromkeys(counts(file), 1)
+    assert counts(database) == dict.fromkeys(ROWS, 1)
     command.upgrade(config, "heads")
-    assert counts(file) == dict.fromkeys(counts(file), 1)
-    with closing(sqlite3.connect(file)) as connection:
-        assert connection.execute("PRAGMA foreign_key_check").fetchall() == []
+    assert counts(database) == dict.fromkeys(ROWS, 1)
 
 
-def test_a_migration_that_orphans_rows_is_undone_whole(database, file, tmp_path):
+def test_a_migration_that_orphans_rows_is_undone_whole(database, tmp_path):
     upgrade_schema(database)
-    fill(file)
+    fill(database)
     before = schema_revision(database.engine)
     orphan = "op.execute(\"DELETE FROM cell WHERE name = 'c'\")"
     config = later_config(database, tmp_path / "later", orphan)
-    with pytest.raises(RuntimeError, match="nothing was changed"):
+    with pytest.raises((RuntimeError, IntegrityError), match=r"nothing was changed|foreign key"):
         command.upgrade(config, "heads")
     assert schema_revision(database.engine) == before
-    assert counts(file) == dict.fromkeys(counts(file), 1)
-    with closing(sqlite3.connect(file)) as connection:
-        columns = [row[1] for row in connection.execute("PRAGMA table_info(campaign)")]
+    assert counts(database) == dict.fromkeys(ROWS, 1)
+    columns = {column["name"] for column in inspect(database.engine).get_columns("campaign")}
     assert "remark" not in columns
 
 
-def test_an_existing_file_is_copied_before_it_is_migrated(database, file, tmp_path):
+def test_a_reading_is_never_changed_nor_deleted(database):
     upgrade_schema(database)
-    fill(file)
+    fill(database)
+    for change in ("UPDATE reading SET spread = 1", "DELETE FROM reading"):
+        with pytest.raises(DBAPIError, match="never changed"), database.write() as session:
+            session.execute(text(change))
+    assert counts(database)["reading"] == 1
+
+
+def test_an_existing_file_is_copied_before_it_is_migrated(sqlite_database, file, tmp_path):
+    database = sqlite_database
+    upgrade_schema(database)
+    fill(database)
     config = later_config(database, tmp_path / "later")
     old = schema_revision(database.engine)
     migrate(database, config)
     assert schema_revision(database.engine) == "9999"
-    copy = file.with_name(f"{file.name}.before-{old}")
-    assert counts(copy) == dict.fromkeys(counts(copy), 1)
+    copy = open_database(f"sqlite:///{file}.before-{old}")
+    assert counts(copy) == dict.fromkeys(ROWS, 1)
+    copy.close()
 
 
-def test_foreign_keys_are_on_again_after_a_migration(database, file):
-    upgrade_schema(database)
-    with database.read() as session:
+def test_foreign_keys_are_on_again_after_a_migration(sqlite_database):
+    upgrade_schema(sqlite_database)
+    with sqlite_database.read() as session:
         assert session.connection().exec_driver_sql("PRAGMA foreign_keys").scalar() == 1
+
+
+def test_a_cell_that_was_faster_than_a_stop_allows_is_slowed_down(database):
+    config = alembic_config(database.engine)
+    command.upgrade(config, "0006")
+    with database.write() as session:
+        session.execute(
+            text("INSERT INTO cell (name, document, armed, created) VALUES (:n, :d, false, '')"),
+            [
+                {"n": "fast", "d": '{"limits": {"speed_deg_s": 180.0, "floor_mm": 5}}'},
+                {"n": "slow", "d": '{"limits": {"speed_deg_s": 30.0}}'},
+            ],
+        )
+    command.upgrade(config, "head")
+    with database.read() as session:
+        speeds = {
+            row.name: row.document["limits"] for row in session.scalars(select(CellRow)).all()
+        }
+    assert speeds["fast"] == {"speed_deg_s": 90.0, "floor_mm": 5}
+    assert speeds["slow"] == {"speed_deg_s": 30.0}

@@ -4,13 +4,15 @@ import csv
 import json
 import time
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from robocal.compensation import Reach, compensate_targets
+from robocal.compensation import Reach, compensate, compensate_targets
 from robocal.formats.model_yaml import write_model
+from robocal.missed_targets import missed_sentence
 from tests.elementary_kinematics import shift
 from tests.robocal.formats.calibrated_arms import (
     CalibratedArm,
@@ -111,6 +113,15 @@ def test_targets_from_all_over_the_workspace_are_found_without_nominal_joints():
     assert largest_difference(arm.nominal.poses(q[reached]), found) < TOLERANCE
 
 
+def narrow_arm(name: str) -> CalibratedArm:
+    """A robot whose first joint turns less than once, so that no full turn helps at its end."""
+    arm = calibrated_arm(name)
+    limits = arm.nominal.limits.copy()
+    limits[0] = (-2.8, 2.8)
+    calibrated = replace(arm.calibrated, robot=replace(arm.calibrated.robot, limits=limits))
+    return replace(arm, calibrated=calibrated, nominal=replace(arm.nominal, limits=limits))
+
+
 def spoilt_targets(arm: CalibratedArm) -> tuple[np.ndarray, np.ndarray]:
     """A good target, a straight wrist, one at a joint's end, one out of reach; their joints."""
     q = easy_joints(arm, 4)
@@ -126,7 +137,7 @@ def spoilt_targets(arm: CalibratedArm) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("name", ["ur10e", "staubli_tx60"])
 def test_singular_and_unreachable_targets_and_those_beyond_a_limit_are_told_apart(name):
-    arm = calibrated_arm(name)
+    arm = narrow_arm(name)
     q, wanted = spoilt_targets(arm)
     result = compensate_targets(arm.calibrated, wanted, q, in_base=False)
     assert result.reach == (
@@ -137,6 +148,58 @@ def test_singular_and_unreachable_targets_and_those_beyond_a_limit_are_told_apar
     )
     assert result.q[2, 0] > arm.nominal.limits[0, 1]
     assert result.position_error[3] > 1.0
+
+
+@pytest.mark.parametrize("name", ["ur10e", "staubli_tx60"])
+def test_a_joint_beyond_its_limit_is_turned_inside_where_a_full_turn_does_it(name):
+    arm = calibrated_arm(name)
+    q = easy_joints(arm, 6)
+    low, high = arm.nominal.limits[0]
+    q[:, 0] = np.repeat([low - 0.01, high + 0.01], 3)
+    wanted = arm.nominal.poses(q)
+    result = compensate_targets(arm.calibrated, wanted, q, in_base=False)
+    # One of these targets is singular with the TX60, wherever its first joint stands.
+    assert set(result.reach) <= {Reach.reached, Reach.singular}
+    assert Counter(result.reach)[Reach.reached] >= 5
+    assert ((result.q[:, 0] >= low) & (result.q[:, 0] <= high)).all()
+    assert largest_difference(wanted, arm.true.poses(result.q)) < TOLERANCE
+
+
+def test_a_prismatic_joint_beyond_its_limit_is_never_turned():
+    arm = calibrated_arm("abb_irb910sc")
+    slide = int(np.flatnonzero(arm.nominal.prismatic)[0])
+    q = np.array([[0.3, 0.9, 0.0, 0.2]])
+    q[0, slide] = arm.nominal.limits[slide, 1] + 0.01
+    result = compensate_targets(arm.calibrated, arm.nominal.poses(q), q, in_base=False)
+    assert result.reach == (Reach.outside_limits,)
+
+
+def joint_derivative(arm, q: np.ndarray) -> np.ndarray:
+    """Derivative of the tool's pose by the joints, by central differences."""
+    step = 1e-6 * np.eye(len(q))
+    high, low = arm.poses(q + step), arm.poses(q - step)
+    turn = Rotation.from_matrix(high[:, :3, :3] @ np.swapaxes(low[:, :3, :3], 1, 2)).as_rotvec()
+    return np.hstack([high[:, :3, 3] - low[:, :3, 3], turn]).T / 2e-6
+
+
+def test_a_target_met_only_beyond_a_singular_pose_is_named_so():
+    """Joints next to the straight elbow, asked for poses of its other side."""
+    arm = calibrated_arm("ur10e")
+    bent = easy_joints(arm, 40)
+    start = bent.copy()
+    start[:, 2] = -0.3 * np.sign(bent[:, 2])
+    bent[:, 2] = 0.3 * np.sign(bent[:, 2])
+    wanted = arm.true.poses(bent)
+    result = compensate(arm.calibrated.model, wanted, start, np.tile([-20.0, 20.0], (6, 1)))
+    away = [row for row, reach in enumerate(result.reach) if reach is Reach.other_configuration]
+    assert away
+    assert result.position_error[away].max() < TOLERANCE
+    for row in away:
+        handed = [
+            np.sign(np.linalg.det(joint_derivative(arm.true, q[row]))) for q in (start, result.q)
+        ]
+        assert handed[0] != handed[1]
+    assert "on the other side" in missed_sentence(result, away[0], arm.calibrated.robot)
 
 
 def targets_csv(folder, arm, q, wanted, with_joints):
@@ -154,7 +217,7 @@ def targets_csv(folder, arm, q, wanted, with_joints):
 
 
 def test_the_command_writes_joints_that_reach_and_names_the_lines_that_do_not(tmp_path, call):
-    arm = calibrated_arm("ur10e")
+    arm = narrow_arm("ur10e")
     q, wanted = spoilt_targets(arm)
     targets = targets_csv(tmp_path, arm, q, wanted, with_joints=True)
     out = tmp_path / "joints.csv"
@@ -162,8 +225,9 @@ def test_the_command_writes_joints_that_reach_and_names_the_lines_that_do_not(tm
     status, printed, _ = call(*command)
     assert status == 0
     assert "targets.csv line 3: singular" in printed
-    assert "targets.csv line 4: outside_limits" in printed
-    assert "targets.csv line 5: not_reached" in printed
+    assert "targets.csv line 4: outside_limits: met only with joint 1 at 161.0" in printed
+    assert "(-160.428 to 160.428 allowed)" in printed
+    assert "targets.csv line 5: not_reached: the arm does not come there" in printed
     assert "1 of 4 targets reached" in printed
     rows = list(csv.DictReader(out.read_text().splitlines()))
     assert [row["pose"] for row in rows] == ["0.0", "1.0", "2.0", "3.0"]

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from robocal.calibrated import CalibratedRobot, Provenance
+from robocal.diagnosis.effect import Coefficient, Instance
+from robocal.diagnosis.extended import FittedEffect
 from robocal.formats.model_yaml import read_model, write_model
 from robocal.kinematics.forward import forward_kinematics
+from robocal.measurements import MeasurementSet
 from robocal.robots.library import load_robot
 from tests.elementary_kinematics import Arm, frame, load_arm, random_frame
 
@@ -75,3 +78,80 @@ def test_the_tools_spread_is_that_of_its_parameters():
     for row, covariance in enumerate(robot.tool_position_covariance(q)):
         drawn = np.cov(places[:, row].T)
         np.testing.assert_allclose(np.diag(drawn), np.diag(covariance) * 1e-4, rtol=0.25)
+
+
+def with_effects() -> CalibratedRobot:
+    """Two effects whose coefficients go with each other and with the geometry."""
+    robot, _ = calibrated("ur5", 0.4)
+    gain = Instance("encoder_gain", 2, (), (Coefficient("gain", 1.0),))
+    wave = tuple(Coefficient(f"{name}_rad", 1.0) for name in ("cosine", "sine"))
+    gear = Instance("gear_harmonic", 3, (("order", 7.0),), wave)
+    n, k = robot.model.n_parameters, 3
+    root = np.random.default_rng(5).normal(size=(n + k, n + k)) * 1e-5
+    root[n:] *= 3.0
+    joint = root @ root.T
+    effects = tuple(
+        FittedEffect(instance, values, joint[n:, n:][part, part])
+        for instance, values, part in (
+            (gain, np.array([2e-4]), slice(0, 1)),
+            (gear, np.array([1e-4, -3e-4]), slice(1, 3)),
+        )
+    )
+    return replace(
+        robot, covariance=joint[:n, :n], effects=effects, coefficient_covariance=joint[n:]
+    )
+
+
+def test_a_model_read_back_knows_how_its_effects_go_with_the_geometry(tmp_path):
+    written = with_effects()
+    # What is not identified stands at its nominal value and has no covariance to write.
+    written.covariance[3], written.covariance[:, 3] = 0.0, 0.0
+    written.coefficient_covariance[:, 3] = 0.0
+    write_model(tmp_path / "model.yaml", written)
+    read = read_model(tmp_path / "model.yaml")
+    np.testing.assert_allclose(read.joint_covariance, written.joint_covariance, rtol=1e-11)
+
+
+def test_the_tools_spread_with_effects_is_that_of_all_that_was_fitted():
+    """Against 600 draws of geometry and coefficients together."""
+    robot = with_effects()
+    q = load_arm("ur5").draw(np.random.default_rng(3), 3)
+    nothing = np.full(3, np.nan)
+    rows = MeasurementSet(
+        lines=np.arange(3),
+        joints=q,
+        position=np.zeros((3, 3)),
+        orientation=np.full((3, 4), np.nan),
+        distance=nothing,
+        pose=np.arange(3),
+        target=("",) * 3,
+        held_out=np.zeros(3, dtype=bool),
+        time=nothing,
+        temperature=nothing,
+        payload=nothing,
+        speed=nothing,
+        settle=nothing,
+        approach=np.full((3, 6), np.nan),
+        commanded=np.full((3, 6), np.nan),
+    )
+    n, joint = robot.model.n_parameters, robot.joint_covariance
+    draws = np.random.default_rng(4).multivariate_normal(np.zeros(n + 3), joint * 1e-4, 600)
+    gain, gear = robot.effects
+
+    def places(step):
+        moved = replace(
+            robot,
+            model=robot.model.with_vector(robot.model.vector + step[:n]),
+            effects=(
+                replace(gain, values=gain.values + step[n : n + 1]),
+                replace(gear, values=gear.values + step[n + 1 :]),
+            ),
+        )
+        return moved.poses_of(rows)[:, :3, 3]
+
+    drawn = np.array([places(step) for step in draws])
+    for row, covariance in enumerate(robot.position_covariance_of(rows)):
+        stated = np.diag(covariance) * 1e-4
+        np.testing.assert_allclose(np.diag(np.cov(drawn[:, row].T)), stated, rtol=0.25)
+        apart = np.diag(robot.tool_position_covariance(q)[row]) * 1e-4
+        assert (stated > 1.2 * apart).any()

@@ -1,19 +1,17 @@
 """The application in this process, on a database of its own; nothing else runs."""
 
 import shutil
-import socket
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import httpx
 import pytest
-import uvicorn
 
 from service.db.engine import Database, open_database
 from service.db.upgrade import upgrade_schema
-from service.main import create_app
 from service.settings import Settings
+from tests.credentials import BEARER
+from tests.serving import PATIENCE_S, serving
 
 
 @pytest.fixture(scope="session")
@@ -46,16 +44,17 @@ def database(settings: Settings) -> Iterator[Database]:
 
 @pytest.fixture
 def client(settings: Settings) -> Iterator[httpx.Client]:
-    config = uvicorn.Config(create_app(settings), port=0, log_level="warning")
-    server = uvicorn.Server(config)
-    with socket.create_server(("127.0.0.1", 0)) as listening:
-        thread = threading.Thread(target=server.run, args=([listening],))
-        thread.start()
-        port = listening.getsockname()[1]
-        with httpx.Client(base_url=f"http://127.0.0.1:{port}/api/v1/", timeout=20) as opened:
-            yield opened
-        server.should_exit = True
-        thread.join()
+    with serving(settings) as opened:
+        yield opened
+
+
+@pytest.fixture
+def site(client: httpx.Client) -> Iterator[httpx.Client]:
+    """The same service from its root: the pages."""
+    with httpx.Client(
+        base_url=client.base_url.join("/"), headers=BEARER, timeout=PATIENCE_S
+    ) as opened:
+        yield opened
 
 
 @pytest.fixture

@@ -84,11 +84,29 @@ def test_wrong_poses_are_refused_by_line(call, model, tmp_path, table, complaint
 
 
 @pytest.mark.parametrize(
-    "arguments", [("fanuc",), ("ur10e", "--count", "0"), ("ur10e", "--seed", "-1")]
+    "arguments",
+    [
+        ("fanuc",),
+        ("ur10e", "--count", "0"),
+        ("ur10e", "--seed", "-1"),
+        ("ur10e", "--until-mm", "nan"),
+        ("ur10e", "--until-mm", "0"),
+        ("ur10e", "--colour", "red"),
+    ],
 )
 def test_a_plan_that_cannot_be_made_leaves_nothing(call, tmp_path, arguments):
     out = tmp_path / "out"
     status, printed, said = call("plan", *arguments, "--out", out)
     assert (status, printed) == (2, "")
-    assert said
+    assert said.startswith("robocal: ")
+    assert said.count("\n") == 1
     assert not out.exists()
+
+
+def test_a_plan_whose_picture_cannot_be_written_leaves_no_other_file(call, tmp_path):
+    (tmp_path / "plan.svg").mkdir()
+    asked = ("ur10e", "--count", "12", "--candidates", "40", "--selector", "random")
+    status, _, said = call("plan", *asked, "--out", tmp_path)
+    assert (status, said.count("\n")) == (2, 1)
+    assert "plan.svg" in said
+    assert [entry.name for entry in tmp_path.iterdir()] == ["plan.svg"]

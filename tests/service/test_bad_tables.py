@@ -103,6 +103,13 @@ TABLE = {
     ),
     "3 poses for 30 parameters": (keep(3), "measurements.csv lines? 2.*30 parameters"),
     "5 poses and 1 held out": (keep(5), "measurements.csv lines? 2.*24 numbers for 30 parameters"),
+    "the same point at every pose": (
+        edit(
+            "measurements.csv",
+            lambda text: re.sub(r"(?m)^((?:[^,j]*,){6})[^,]*,[^,]*,[^,]*", r"\g<1>1,2,3", text),
+        ),
+        "measurements.csv: has only 1 point at 48 different poses",
+    ),
     "binary file": (
         content("measurements.csv", np.random.default_rng(1).bytes(5000)),
         "measurements.csv: is not UTF-8",

@@ -42,7 +42,7 @@ def test_a_cell_that_is_not_armed_gets_no_campaign(client, cell):
         ({"repeats": 0}, "repeats"),
         ({"settle_s": -1}, "settle_s"),
         ({"kind": "dance"}, "kind"),
-        ({"kind": "health"}, "not available"),
+        ({"kind": "health", "poses": 3}, "cannot tell base, tool and joints apart"),
         ({"speed": 1}, "speed"),
     ],
 )

@@ -1,5 +1,7 @@
 import pytest
 
+NEST = {"name": "r1", "xyz_mm": [2000, 100, 300]}
+
 
 def test_a_created_cell_is_shown_with_its_defaults_and_not_armed(client):
     body = {
@@ -15,7 +17,9 @@ def test_a_created_cell_is_shown_with_its_defaults_and_not_armed(client):
     assert shown["robot"] == body["robot"]
     assert shown["tracker"]["sigma_mm"] == 0.6
     assert shown["tracker"]["sigma_ppm"] == 6.0
-    assert set(shown["limits"]) == {"speed_deg_s", "acceleration_deg_s2", "full_speed_deg_s"}
+    assert shown["limits"]["speed_deg_s"] == 30.0
+    assert shown["limits"]["floor_mm"] == 0.0
+    assert (shown["temperature_probe"], shown["stage_sensors"]) == (None, [])
     assert [entry["name"] for entry in client.get("cells").json()["cells"]] == ["cell-7"]
 
 
@@ -41,6 +45,15 @@ def test_a_second_cell_of_the_same_name_is_a_conflict(client, cell):
         ({"colour": "red"}, "colour"),
         ({"name": "../etc"}, "name"),
         ({"limits": {"speed_deg_s": -1}}, "limits.speed_deg_s"),
+        ({"limits": {"speed_deg_s": 91}}, "limits.speed_deg_s"),
+        ({"limits": {"joints": {"j7_deg": [0, 1]}}}, "no joint 'j7_deg'"),
+        ({"limits": {"joints": {"j1_deg": [-400, 0]}}}, "robot's own -360 to 360"),
+        ({"limits": {"joints": {"j1_deg": [10, 10]}}}, "must rise"),
+        ({"limits": {"workspace_mm": {"low": [0, 0, 0], "high": [1, 0, 1]}}}, "lower corner"),
+        ({"temperature_probe": {"driver": "magic", "address": "a"}}, "modbus_temperature"),
+        ({"stage_sensors": [{"name": "rod", "driver": "magic", "address": "a"}]}, "dimetix"),
+        ({"references": {"nests": []}}, "references.nests"),
+        ({"references": {"nests": [NEST, NEST]}}, "same name"),
     ],
 )
 def test_a_wrong_field_is_named_in_one_sentence(client, change, word):
@@ -78,3 +91,65 @@ def test_an_unknown_path_and_a_wrong_method_are_problem_json(client):
         assert answer.status_code == status
         assert answer.headers["content-type"] == "application/problem+json"
         assert set(answer.json()) == {"type", "title", "status", "detail"}
+
+
+def test_a_change_replaces_the_sections_given_and_disarms(client, cell):
+    answer = client.patch(
+        "cells/c1",
+        json={
+            "limits": {"speed_deg_s": 30, "joints": {"j1_deg": [-90, 90]}},
+            "temperature_probe": {"driver": "mock", "address": "127.0.0.1:9"},
+        },
+    )
+    assert answer.status_code == 200
+    shown = client.get("cells/c1").json()
+    assert shown == answer.json()
+    assert shown["armed"] is False
+    assert shown["limits"]["speed_deg_s"] == 30
+    assert shown["limits"]["joints"] == {"j1_deg": [-90, 90]}
+    assert shown["robot"] == cell["robot"]
+    assert shown["temperature_probe"]["driver"] == "mock"
+    client.patch("cells/c1", json={"temperature_probe": None})
+    assert client.get("cells/c1").json()["temperature_probe"] is None
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"robot": None}, "body robot"),
+        ({"limits": {"joints": {"j9_deg": [0, 1]}}}, "j9_deg"),
+        ({"tracker": {"driver": "magic", "address": "a"}}, "geocom"),
+        ({"name": "c2"}, "name"),
+    ],
+)
+def test_a_wrong_change_is_refused_and_changes_nothing(client, cell, change, word):
+    before = client.get("cells/c1").json()
+    answer = client.patch("cells/c1", json=change)
+    assert answer.status_code == 422
+    assert word in answer.json()["detail"]
+    assert client.get("cells/c1").json() == before
+
+
+def test_a_cell_with_an_open_campaign_is_not_changed(client, cell):
+    client.post("campaigns", json={"cell": "c1", "kind": "calibrate", "poses": 8})
+    answer = client.patch("cells/c1", json={"limits": {"speed_deg_s": 30}})
+    assert answer.status_code == 409
+    assert "Campaign 1" in answer.json()["detail"]
+    client.post("campaigns/1/abort")
+    assert client.patch("cells/c1", json={"limits": {"speed_deg_s": 30}}).status_code == 200
+    other = {"robot": cell["robot"] | {"model": "ur5e"}}
+    refused = client.patch("cells/c1", json=other)
+    assert refused.status_code == 409
+    assert "make a new cell" in refused.json()["detail"]
+
+
+def test_the_check_names_the_probe_and_every_stage_sensor(client, cell):
+    devices = {"driver": "mock", "address": "127.0.0.1:9"}
+    client.patch(
+        "cells/c1",
+        json={"temperature_probe": devices, "stage_sensors": [devices | {"name": "rod"}]},
+    )
+    found = client.post("cells/c1/check").json()
+    assert found["ok"] is False
+    assert "127.0.0.1:9" in found["temperature_probe"]["detail"]
+    assert "127.0.0.1:9" in found["stage_sensors"]["rod"]["detail"]

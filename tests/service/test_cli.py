@@ -124,10 +124,11 @@ def test_predict_fills_the_columns_with_the_models_poses(call, sound_bundle, ide
     assert json.loads(printed)["rows"] == 40
     lines = out.read_text().splitlines()
     columns = lines[0].split(",")
-    assert columns == ["pose", *header, "note_x", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"]
+    filled = ["x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz", "u_x_mm", "u_y_mm", "u_z_mm"]
+    assert columns == ["pose", *header, "note_x", *filled]
     assert lines[1].split(",")[columns.index("note_x")] == "remark 0"
     T = arm_of_model(identified / "model.yaml").poses(q)
-    cells = np.array([[float(c) for c in line.split(",")[8:]] for line in lines[1:]])
+    cells = np.array([[float(c) for c in line.split(",")[8:15]] for line in lines[1:]])
     np.testing.assert_allclose(cells[:, :3] / 1e3, T[:, :3, 3], atol=1e-10)
     w, x, y, z = cells[:, 3:].T
     np.testing.assert_allclose(2 * (x * z + w * y), T[:, 0, 2], atol=1e-10)

@@ -2,6 +2,7 @@ import pytest
 
 from service.parameters import store
 from service.parameters.models import ParametersContent, Provenance
+from tests.service.released_arm import WHY
 
 CONTENT = ParametersContent(
     parameters=[{"name": "d_1", "unit": "mm", "nominal": 180.7, "identified": 180.9, "std": 0.004}],
@@ -40,7 +41,7 @@ def test_without_released_ones_the_answer_names_the_candidate(client, candidates
 
 
 def test_the_released_version_is_what_the_mes_reads(client, candidates):
-    released = client.post("cells/c1/parameters/1/release").json()
+    released = client.post("cells/c1/parameters/1/release", json=WHY).json()
     assert (released["version"], released["state"]) == (1, "released")
     shown = client.get("cells/c1/parameters")
     assert shown.json() == released
@@ -50,19 +51,19 @@ def test_the_released_version_is_what_the_mes_reads(client, candidates):
 
 
 def test_a_release_supersedes_the_one_before(client, candidates):
-    client.post("cells/c1/parameters/1/release")
-    client.post("cells/c1/parameters/2/release")
+    client.post("cells/c1/parameters/1/release", json=WHY)
+    client.post("cells/c1/parameters/2/release", json=WHY)
     states = [
         client.get(f"cells/c1/parameters?version={number}").json()["state"] for number in (1, 2)
     ]
     assert states == ["superseded", "released"]
-    again = client.post("cells/c1/parameters/1/release")
+    again = client.post("cells/c1/parameters/1/release", json=WHY)
     assert again.status_code == 409
     assert "superseded" in again.json()["detail"]
 
 
 def test_an_unchanged_version_is_answered_with_304(client, candidates):
-    client.post("cells/c1/parameters/1/release")
+    client.post("cells/c1/parameters/1/release", json=WHY)
     first = client.get("cells/c1/parameters")
     etag = first.headers["ETag"]
     for known in (etag, f"W/{etag}", f'"other", {etag}', "*"):
@@ -70,7 +71,7 @@ def test_an_unchanged_version_is_answered_with_304(client, candidates):
         assert again.status_code == 304
         assert again.content == b""
         assert again.headers["ETag"] == etag
-    client.post("cells/c1/parameters/2/release")
+    client.post("cells/c1/parameters/2/release", json=WHY)
     changed = client.get("cells/c1/parameters", headers={"If-None-Match": etag})
     assert changed.status_code == 200
     assert changed.headers["ETag"] != etag
@@ -78,6 +79,6 @@ def test_an_unchanged_version_is_answered_with_304(client, candidates):
 
 def test_a_version_that_is_not_there_and_a_double_question_are_refused(client, candidates):
     assert client.get("cells/c1/parameters?version=9").status_code == 404
-    assert client.post("cells/c1/parameters/9/release").status_code == 404
+    assert client.post("cells/c1/parameters/9/release", json=WHY).status_code == 404
     assert client.get("cells/c1/parameters?version=1&state=candidate").status_code == 422
     assert client.get("cells/c1/parameters?state=secret").status_code == 422

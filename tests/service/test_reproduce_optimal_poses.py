@@ -9,7 +9,7 @@ import yaml
 
 from robocal.planning.document_002 import PARAMETERS, document_rows
 from robocal.robots.library import load_robot
-from service.reproduce.optimal_poses import CURVES, PARAMETER_PLOT, draw_pictures, report, reproduce
+from service.reproduce.optimal_poses import CURVES, PARAMETER_PLOT, pictures, report, reproduce
 from service.reproduce.optimal_poses_paper import TABLE_3, U_TEST, U_ZERO
 from service.reproduce.optimal_poses_study import Sizes, six_rows
 from service.reproduce.optimal_poses_world import draw_poses
@@ -66,10 +66,11 @@ def test_before_calibration_the_tests_are_off_by_the_documents_distance(found):
             assert errors.test_after < 0.15
 
 
-def test_the_report_and_its_pictures_are_whole(found, tmp_path):
+def test_the_report_and_its_pictures_are_whole(found):
     text = report(found)
     for words in ("| parameters left | 24 | 24 |", "| best 61 | 0.545, 0.086 |", "| beta_2 |"):
         assert words in text
-    draw_pictures(found, tmp_path)
-    for name in (CURVES, PARAMETER_PLOT):
-        assert ElementTree.parse(tmp_path / name).getroot().tag.endswith("svg")
+    drawn = pictures(found)
+    assert set(drawn) == {CURVES, PARAMETER_PLOT}
+    for text in drawn.values():
+        assert ElementTree.fromstring(text).tag.endswith("svg")

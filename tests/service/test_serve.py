@@ -45,7 +45,7 @@ def test_a_worker_that_dies_is_replaced_and_that_is_said(served, tmp_path):
     second = _awaited(lambda: [pid for pid in _workers(served.pid) if pid not in first])
     assert len(second) == 1
     log = (tmp_path / "log").read_text()
-    assert log.count("service.jobs.worker ended with status -9; starting it again\n") == 1
+    assert log.count("service.jobs.worker ended with status -9; starting it again") == 1
 
 
 def test_a_database_that_cannot_be_used_is_said_in_one_sentence(tmp_path):

@@ -69,7 +69,7 @@ def test_the_analysis_of_a_campaign_fails_with_the_slip(turned):
 
 def test_uncertainty_stops_at_a_slip_and_writes_nothing(call, turned, tmp_path):
     status, printed, complaint = call("uncertainty", turned, "--out", tmp_path / "o")
-    assert (status, printed, complaint) == (2, "", f"robocal: {SENTENCE}\n")
+    assert (status, printed, complaint) == (2, "", f"robocal: {SENTENCE} (--mend does it)\n")
     assert not (tmp_path / "o").exists()
 
 

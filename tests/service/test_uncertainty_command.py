@@ -64,3 +64,37 @@ def test_scatter_from_repeats_that_are_not_there_is_no_answer(call, bundle, tmp_
     status, _, error = call("uncertainty", bundle, "--out", tmp_path)
     assert status == 3
     assert "measure repeats or write declared" in error
+
+
+QUICK = ("--draws", 1000, "--refits", 0, "--json")
+
+
+def test_a_slip_is_refused_as_identify_does_and_mended_when_asked(call, bundle, tmp_path):
+    table = bundle / "measurements.csv"
+    head, *rows = table.read_text().splitlines()
+    turned = [row.split(",") for row in rows]
+    for row in turned:
+        row[2] = str(-float(row[2]))
+    table.write_text("\n".join([head, *(",".join(row) for row in turned)]) + "\n")
+    refused = call("uncertainty", bundle, "--out", tmp_path)
+    assert refused[0] == 2
+    assert refused == call("identify", bundle, "--out", tmp_path)
+    status, printed, _ = call("uncertainty", bundle, "--out", tmp_path, "--mend", *QUICK)
+    assert status == 0
+    document = json.loads(printed)
+    assert document["mended"][0]["columns"] == ["j3_deg"]
+    assert document["intervals"]["hold"] is True
+
+
+def test_it_takes_the_choices_that_identify_takes(call, sound_bundle, tmp_path):
+    asked = ("--fix", "a_2", "--free", "d_3", "--prior", "a_3_mm=0.001", "--strategy", "cross")
+    status, printed, _ = call("uncertainty", sound_bundle, "--out", tmp_path, *asked, *QUICK)
+    assert status == 0
+    rows = {row["name"]: row for row in json.loads(printed)["parameters"]}
+    assert "a_2" not in rows
+    assert rows["d_3"]["status"] == "identified"
+    assert 0 < rows["a_3"]["u"] <= 0.001
+    identified = json.loads(call("identify", sound_bundle, "--out", tmp_path, *asked, "--json")[1])
+    beside = {row["name"]: row["std"] for row in identified["parameters"]}
+    for name in ("d_3", "a_3", "theta_2"):
+        assert rows[name]["u"] == pytest.approx(beside[name], rel=1e-3)

@@ -2,7 +2,6 @@
 
 import gzip
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import httpx
@@ -14,12 +13,6 @@ import service.web
 STATIC = Path(service.web.__file__).parent / "static"
 TEMPLATES = Path(service.web.__file__).parent / "templates"
 PLOTLY = Path(plotly.__file__).parent / "package_data" / "plotly.min.js"
-
-
-@pytest.fixture
-def site(client: httpx.Client) -> Iterator[httpx.Client]:
-    with httpx.Client(base_url=client.base_url.join("/"), timeout=20) as opened:
-        yield opened
 
 
 def assets_of(page: str) -> dict[str, str]:

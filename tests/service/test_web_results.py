@@ -70,6 +70,7 @@ UNCERTAINTY = {
     },
     "reduced_chi_square": 6.25,
     "degrees_of_freedom": 150.00002,
+    "workspace": None,
     "intervals": {"hold": False, "sentence": "the intervals do not hold: too wide a scatter"},
 }
 

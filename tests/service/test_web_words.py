@@ -4,19 +4,24 @@ import re
 from pathlib import Path
 
 import service.web
+from service.access.caller import CallerKind
+from service.access.scopes import Scope
+from service.base_calibrations.models import Cup, Role, Sensors, State, Step, TransformState
 from service.campaigns.models import CampaignKind, CampaignState
+from service.parameters.models import LifeEvent, ParametersState
 from service.web import forms
-from service.web.words import WORDS
+from service.web.preferences import Theme
+from service.web.words import DEFAULT_LANGUAGE, LANGUAGES, WORDS
 
+MAPS = ("residual", "uncertainty")
+BRACES = re.compile(r"\{\w+\}")
 RESIDUALS = ("before", "fit", "held_out", "random_folds", "blocked_folds")
 WEB = Path(service.web.__file__).parent
 SOURCES = [*WEB.glob("templates/*.html"), *WEB.glob("static/*.js"), *WEB.glob("*.py")]
 
 
 def named_in_full() -> set[str]:
-    text = "\n".join(
-        path.read_text(encoding="utf-8") for path in SOURCES if path.name != "words.py"
-    )
+    text = "\n".join(path.read_text(encoding="utf-8") for path in SOURCES)
     return set(re.findall(r"\bw\.(\w+)", text)) | set(re.findall(r"""["'`](\w+)["'`]""", text))
 
 
@@ -32,6 +37,21 @@ def made_of_parts() -> set[str]:
         *(f"status_{status}" for status in ("identified", "fixed", "redundant")),
         *(f"residuals_{rows}" for rows in RESIDUALS),
         *(f"verification_{rows}" for rows in ("before", "after")),
+        *(f"theme_{theme}" for theme in Theme),
+        *(f"version_{state}" for state in ParametersState),
+        *(f"step_{event}" for event in LifeEvent),
+        *(f"{step}_{part}" for step in ("release", "rollback") for part in ("question", "warning")),
+        *(f"{name}_map_{part}" for name in MAPS for part in ("picture", "legend")),
+        *(f"compare_{side}" for side in ("first", "second")),
+        *(f"stage_{role}" for role in Role),
+        *(f"stage_robot_{role}" for role in Role),
+        *(f"stage_cup_{cup}" for cup in Cup),
+        *(f"stage_step_{step}" for step in Step),
+        *(f"stage_state_{state}" for state in State),
+        *(f"stage_{state}" for state in TransformState),
+        *(f"stage_part_{sensor}" for sensor in Sensors.model_fields),
+        *(f"caller_{kind}" for kind in CallerKind if kind is not CallerKind.nobody),
+        *(f"scope_{scope}" for scope in Scope if scope is not Scope.public),
         *(f"download_{kind}" for kind in ("identification", "uncertainty", "verification")),
     }
 
@@ -45,6 +65,22 @@ def test_every_text_that_a_page_asks_for_is_there():
         )
     optional = {name for name in made_of_parts() if name.startswith("hint_")}
     assert (asked | made_of_parts()) - optional - WORDS.keys() == set()
+
+
+def test_every_language_has_the_same_texts_with_the_same_braces():
+    for language, words in LANGUAGES.items():
+        assert words.keys() == WORDS.keys(), language
+        for key, text in words.items():
+            assert sorted(BRACES.findall(text)) == sorted(BRACES.findall(WORDS[key])), key
+
+
+def test_no_text_was_left_untranslated():
+    for language, words in LANGUAGES.items():
+        if language == DEFAULT_LANGUAGE:
+            continue
+        same = {key for key, text in words.items() if text == WORDS[key]}
+        of_people = {key for key in same if re.search(r"[a-z]{3} ", WORDS[key])}
+        assert of_people == set(), language
 
 
 def test_no_text_is_left_over():

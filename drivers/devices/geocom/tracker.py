@@ -29,7 +29,7 @@ from drivers.addresses import Address
 from drivers.devices.geocom.codes import LOST, SUSPECT, advice_on
 from drivers.devices.geocom.line import REPLY, TransactionLine
 from drivers.errors import BadReply, DriverError, NoReply, Refused, Unreachable
-from drivers.interfaces import TrackerReading
+from drivers.interfaces import FixedNest, TrackerReading
 from drivers.transport import open_serial, read_again
 
 T = TypeVar("T")
@@ -159,6 +159,16 @@ class GeoComTracker:
             spread = max(statistics.stdev(axis) for axis in zip(*points, strict=True))
         return TrackerReading((x, y, z), None, spread, len(points), time.monotonic())
 
+    def measure_fixed(self, nest: FixedNest) -> TrackerReading:
+        """Turn to a fixed nest, measure it, and turn back; raises as `measure` does."""
+        horizontal, vertical = self._direction()
+        x, y, z = nest.position
+        self._turn(math.atan2(x, y) % math.tau, math.atan2(math.hypot(x, y), z))
+        try:
+            return self.measure()
+        finally:
+            self._turn(horizontal, vertical)
+
     def atmosphere(self) -> Atmosphere:
         """Read the air that was entered at the station (TMC_GetAtmCorr)."""
         _, pressure, dry, wet = self._values(
@@ -201,6 +211,21 @@ class GeoComTracker:
         if self._port is not None:
             self._port.close()
         self._port = self._station = None
+
+    def _direction(self) -> tuple[float, float]:
+        """Where the telescope looks: horizontal and zenith angle [rad] (TMC_GetAngle5)."""
+        horizontal, vertical = self._values("TMC_GetAngle5", lambda s: s.tmc.get_angle())
+        return float(horizontal), float(vertical)
+
+    def _turn(self, horizontal: float, vertical: float) -> None:
+        """Turn the telescope (AUT_MakePositioning); turning to the same place twice is harmless."""
+        read_again(
+            lambda: self._ask(
+                "AUT_MakePositioning",
+                lambda s: s.aut.turn_to(horizontal, vertical),
+                self._measure_timeout_s,
+            )
+        )
 
     def _aim(self) -> None:
         window = self._search_window

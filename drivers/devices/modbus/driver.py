@@ -13,7 +13,7 @@ from collections.abc import Callable
 from drivers.addresses import Address
 from drivers.devices.modbus.contract import CHECK_WORD, SEQUENCES, Contract, Status
 from drivers.errors import Interrupted, NoReply, Refused, Unsafe
-from drivers.interfaces import MAY_MOVE, JointMotion, RobotState, Safety
+from drivers.interfaces import MAY_MOVE, STOP_DECELERATION, JointMotion, RobotState, Safety
 from drivers.modbus_link import over_tcp
 from drivers.transport import read_again
 
@@ -21,8 +21,6 @@ PROFILE = "generic"
 REPLY_TIMEOUT_S = 0.5
 POLL_S = 0.02
 """Twice as often as `may_continue` has to be asked, ten times within the watchdog."""
-STOP_DECELERATION = 4.0
-"""[rad/s2]"""
 ACCEPT_S = 0.5
 """Longest time for which the controller may overlook a command [s]."""
 STALE_S = 0.5

@@ -14,7 +14,7 @@ from rtde_control import RTDEControlInterface
 from rtde_receive import RTDEReceiveInterface
 
 from drivers.errors import NoReply, Refused, Unreachable, Unsafe
-from drivers.interfaces import MAY_MOVE, RobotState
+from drivers.interfaces import MAY_MOVE, STOP_DECELERATION, RobotState
 
 from .messages import Progress, StartMotion
 from .safety import advice, safety_state
@@ -31,11 +31,9 @@ VARIABLES = [
     "safety_status_bits",
     "robot_status_bits",
 ]
-WATCHDOG_HZ = 5.0
-"""The controller stops the program 0.2 s after the last kick; some take up to two periods."""
+WATCHDOG_HZ = 7.0
+"""The controller stops the program 0.14 s after the last kick; some take up to two periods."""
 KICK_PERIOD_S = 0.02
-STOP_DECELERATION = 4.0
-"""[rad/s2]"""
 STALE_S = 0.5
 """Longest time for which the controller's clock may seem to stand still [s]."""
 REST_DEADLINE_S = 2.0

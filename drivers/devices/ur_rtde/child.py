@@ -24,6 +24,8 @@ DRIVER_SILENCE_S = 0.15
 """Longest time without a request while the arm moves [s]."""
 WATCH_PERIOD_S = 0.01
 """The client library needs 75 ms and more for a reconnect, so a loss cannot be missed."""
+HURRY = -10
+"""Added to the priority's number: less comes first."""
 FAREWELL_S = 1.0
 """Time for stopping the arm after the driver has gone [s]."""
 
@@ -32,6 +34,9 @@ def main() -> None:
     """Connect, then serve until the driver closes the pipe."""
     address, device, connect_deadline_s = sys.argv[1:]
     if sys.platform != "win32":
+        # Who looks after a moving arm goes before computations, where the system permits it.
+        with suppress(PermissionError):
+            os.nice(HURRY)
         # A hanging constructor holds the interpreter's lock, so only the kernel can end this
         # process where the driver has died meanwhile.
         signal.alarm(round(float(connect_deadline_s)) + 1)

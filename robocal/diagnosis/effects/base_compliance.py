@@ -15,9 +15,10 @@ from robocal.diagnosis.effect import (
     base_index,
     column,
 )
+from robocal.diagnosis.load_size import compliance_of
 
-PRIOR = 4e-6
-"""1 to 10 microradian a newton metre [rad/Nm]"""
+YIELD = 4e-4
+"""Under the largest overturning moment [rad]"""
 LEAST_MOMENT = 0.1
 """[Nm]"""
 
@@ -36,7 +37,8 @@ class BaseCompliance:
         """Every place where it could act."""
         if np.ptp(rows.moment[:2]) < LEAST_MOMENT:
             return []
-        return [Instance(self.name, None, (), (Coefficient("tilt_rad_per_nm", PRIOR),))]
+        prior = compliance_of(YIELD, rows.moment[:2])
+        return [Instance(self.name, None, (), (Coefficient("tilt_rad_per_nm", prior),))]
 
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:
         """Changes of the parameters for coefficients of one."""

@@ -1,9 +1,13 @@
 """A link bends under its load, as a cantilever.
 
-With the tip's load F across a link of length L (its a) the end turns by phi = L F L / (2 EI) and
-shifts by two thirds of L phi: two thirds of the turn act at the start of the link, one third at
-its end. The load is the weight of payload and of the links behind it. In the plane of gravity this
-turns much as the next joint yielding does; only loads across the plane tell the two apart.
+Force F and moment M of the weight behind the link act at its tip, both across its direction e; with
+its length L (its a) the tip turns by (L M + L^2/2 e x F) / EI and shifts by
+(L^2/2 M x e + L^3/3 F) / EI [1]_. The coefficient is L / EI. In the plane of gravity this turns
+much as the next joint yielding does; only loads across the plane tell the two apart.
+
+References
+----------
+.. [1] S. Timoshenko, *Strength of Materials*, part I, chapter V: Euler and Bernoulli's beam.
 """
 
 import numpy as np
@@ -12,11 +16,12 @@ from numpy import ndarray as Array
 
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Coefficient, Instance, Moves, column, theta
+from robocal.diagnosis.load_size import compliance_of
 from robocal.kinematics.forward import walk
 from robocal.kinematics.model import KinematicModel
 
-PRIOR = 2.5e-6
-"""1 to 6 microradian a newton metre of the load's moment about the link's start [rad/Nm]"""
+YIELD = 3e-4
+"""Of the tip under its largest load [rad]"""
 _SHORTEST = 0.1
 """Links shorter than this are stiff [m]"""
 
@@ -33,43 +38,55 @@ class LinkBending:
         if rows.robot.masses is None and not rows.has_payload:
             return []
         lengths = np.abs(rows.robot.geometry.links[:, 2])
-        coefficient = Coefficient("bending_rad_per_nm", PRIOR)
+        joints = [j for j in range(1, rows.n_joints) if lengths[j - 1] > _SHORTEST]
+        priors = [compliance_of(YIELD, self._turning(rows, j - 1)) for j in joints]
         return [
-            Instance(self.name, joint, (), (coefficient,))
-            for joint in range(1, rows.n_joints)
-            if lengths[joint - 1] > _SHORTEST
+            Instance(self.name, joint, (), (Coefficient("bending_rad_per_nm", prior),))
+            for joint, prior in zip(joints, priors, strict=True)
         ]
 
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:
-        """Turns about the link's y (bending along z) and about its z (bending along y)."""
+        """Turns of the link's tip about its y and z, and its shifts along them."""
         assert instance.joint is not None
         link = instance.joint - 1
-        about_y, about_z = self._moments(rows, link)
-        alpha = rows.robot.geometry.links[link, 3]
-        following = theta(instance.joint + 1, rows)
+        _, _, a, alpha, _ = rows.robot.geometry.links[link]
+        force, moment = self._loads(rows, link)
+        turn_y, turn_z = self._turning(rows, link)
+        shift_y = a / 2.0 * moment[2] + a**2 / 3.0 * force[1]
+        shift_z = -a / 2.0 * moment[1] + a**2 / 3.0 * force[2]
+        # A turn at the link's start brings the shift along y and a part of the turn.
+        start = shift_y / a
+        turn_z = turn_z - start
         # In the axes after alpha the turn about y is y cos - z sin, the one about z y sin + z cos.
-        turn_y, turn_z = about_y, about_z / 3.0
         beta = turn_y * np.cos(alpha) + turn_z * np.sin(alpha)
-        next_theta = turn_z * np.cos(alpha) - turn_y * np.sin(alpha)
-        a = rows.robot.geometry.links[link, 2]
+        following = turn_z * np.cos(alpha) - turn_y * np.sin(alpha)
         return {
-            5 * link: column(about_z * 2.0 / 3.0),
-            5 * link + 1: column(-about_y * 2.0 / 3.0 * a),
+            5 * link: column(start),
+            5 * link + 1: column(shift_z),
             5 * link + 4: column(beta),
-            following: column(next_theta),
+            theta(instance.joint + 1, rows): column(following),
         }
 
-    def _moments(
+    def _turning(self, rows: Circumstances, link: int) -> Float[Array, "2 row"]:
+        """Moment that, alone, would turn the tip as force and moment together do [Nm]."""
+        a = rows.robot.geometry.links[link, 2]
+        force, moment = self._loads(rows, link)
+        return np.stack([moment[1] - a / 2.0 * force[2], moment[2] + a / 2.0 * force[1]])
+
+    def _loads(
         self, rows: Circumstances, link: int
-    ) -> tuple[Float[Array, "row"], Float[Array, "row"]]:
-        """Moments of the weight behind the link about its y and z axes before alpha [Nm]."""
+    ) -> tuple[Float[Array, "3 row"], Float[Array, "3 row"]]:
+        """Force [N] and moment [Nm] of the weight behind the link at its tip, before alpha."""
         geometry = rows.robot.geometry
         part = KinematicModel(
             geometry.links[: link + 1], geometry.prismatic[: link + 1], mount=geometry.mount
         )
-        _, joints = walk(part, rows.joints[:, : link + 1])
-        here = joints[-1]
-        x, z = here.x, here.z
-        y = np.cross(z, x, axis=0)
-        moment = rows.moment_about(here.before, behind=link)
-        return np.asarray((moment * y).sum(axis=0)), np.asarray((moment * z).sum(axis=0))
+        last, joints = walk(part, rows.joints[:, : link + 1])
+        x, z = joints[-1].x, joints[-1].z
+        axes = (x, np.cross(z, x, axis=0), z)
+        moment = rows.moment_about(last.p, behind=link)
+        force = rows.weight_behind(link)
+        return (
+            np.stack([(force * axis).sum(axis=0) for axis in axes]),
+            np.stack([(moment * axis).sum(axis=0) for axis in axes]),
+        )

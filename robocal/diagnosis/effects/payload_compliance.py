@@ -14,9 +14,10 @@ from robocal.diagnosis.effect import (
     revolute_joints,
     theta,
 )
+from robocal.diagnosis.load_size import compliance_of
 
-PRIOR = 3e-5
-"""[rad/Nm]"""
+YIELD = 1e-3
+"""Under the joint's largest torque by the payload [rad]"""
 LEAST_TORQUE = 0.05
 """[Nm]"""
 
@@ -35,11 +36,15 @@ class PayloadCompliance:
         """Every place where it could act."""
         if not rows.has_payload:
             return []
-        coefficient = Coefficient("compliance_rad_per_nm", PRIOR)
-        return [
-            Instance(self.name, joint, (), (coefficient,))
+        loaded = [
+            (joint, rows.payload_torque[joint - 1])
             for joint in revolute_joints(rows)
             if np.ptp(rows.payload_torque[joint - 1]) > LEAST_TORQUE
+        ]
+        name = "compliance_rad_per_nm"
+        return [
+            Instance(self.name, joint, (), (Coefficient(name, compliance_of(YIELD, torque)),))
+            for joint, torque in loaded
         ]
 
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:

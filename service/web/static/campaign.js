@@ -3,11 +3,14 @@
 import { get, post } from "./api.js";
 import { watchCells } from "./cells.js";
 import { confirmed } from "./confirm.js";
+import { showDiagnosis } from "./diagnosis.js";
 import { drawResiduals, drawVerification } from "./error_plot.js";
+import { LiveView } from "./live.js";
 import { refresh } from "./parts.js";
 import { loadPlotly } from "./plot.js";
 import { ENDED, showProgress } from "./progress.js";
 import { ReadingsPlot } from "./readings_plot.js";
+import { drawIntervals, mapResiduals, mapUncertainty } from "./result_maps.js";
 import { say } from "./words.js";
 
 const page = document.getElementById("campaign");
@@ -16,10 +19,15 @@ const cell = document.getElementById("cell");
 const connection = document.getElementById("connection");
 const refusal = document.getElementById("refusal");
 const result = document.getElementById("result");
+const diagnosis = document.getElementById("diagnosis");
 const readings = document.getElementById("readings");
 const plot = new ReadingsPlot(document.getElementById("readings-plot"));
+const live = cell && new LiveView(document.getElementById("live"), page.dataset.campaign);
+
+const skipped = document.getElementById("skipped");
 
 let latest = null;
+let skippedShown = 0;
 
 const ACTIONS = {
   pause: () => post(`${address}/pause`),
@@ -51,10 +59,12 @@ function follow() {
     latest = JSON.parse(event.data);
     readings.hidden = false;
     plot.add(latest);
+    live?.add(latest);
   });
   events.addEventListener("progress", (event) => {
     const campaign = JSON.parse(event.data);
     showProgress(campaign, latest);
+    showSkipped(campaign.skipped);
     // Whoever resumes a campaign arms the cell first, and can do both here.
     if (cell) showCell(campaign.state === "paused");
     if (ENDED.includes(campaign.state)) {
@@ -64,6 +74,12 @@ function follow() {
   });
 }
 
+async function showSkipped(count) {
+  if (count === skippedShown) return;
+  skippedShown = count;
+  await refresh(skipped);
+}
+
 async function showCell(wanted) {
   if (wanted && cell.hidden) await refresh(cell);
   cell.hidden = !wanted;
@@ -71,14 +87,27 @@ async function showCell(wanted) {
 
 async function showResult(campaign) {
   await refresh(result);
+  if (diagnosis) await showDiagnosis(diagnosis);
   const place = result.querySelector("[data-plot]");
   if (campaign.state !== "finished" || !place) return;
+  live?.end();
   document.getElementById("result-downloads").hidden = false;
   const kind = place.dataset.plot === "verification" ? "verification" : "identification";
   const draw = kind === "verification" ? drawVerification : drawResiduals;
   const found = await get(`${address}/${kind}`);
+  if (kind === "identification") await showMaps(found);
   await withPlotly(place, (plotly) => draw(plotly, place, found));
   place.dataset.drawn = "yes";
+}
+
+async function showMaps(identification) {
+  const measured = await get(`${address}/measurements`);
+  const drawn = mapResiduals(result.querySelector("[data-map=residuals]"), identification, measured);
+  document.getElementById("residual-map").hidden = !drawn;
+  const uncertainty = result.querySelector("[data-map=uncertainty]");
+  if (uncertainty) mapUncertainty(uncertainty, (await get(`${address}/uncertainty`)).workspace);
+  const intervals = result.querySelector("[data-intervals]");
+  await withPlotly(intervals, (plotly) => drawIntervals(plotly, intervals, identification));
 }
 
 async function withPlotly(place, use) {
@@ -95,4 +124,7 @@ async function withPlotly(place, use) {
 if (cell) watchCells(cell);
 follow();
 document.documentElement.dataset.ready = "yes";
-await withPlotly(document.getElementById("readings-plot"), (plotly) => plot.use(plotly));
+await withPlotly(document.getElementById("readings-plot"), (plotly) => {
+  plot.use(plotly);
+  live?.use(plotly);
+});

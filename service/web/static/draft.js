@@ -1,5 +1,8 @@
 // What was typed into a form outlives a reload of the page.
 
+// What must not lie in the browser's storage: passwords, and the token of a one-time link.
+const SECRET = ["password", "hidden"];
+
 export function keepDraft(form) {
   const place = `draft:${form.id}`;
   for (const [name, value] of Object.entries(JSON.parse(sessionStorage.getItem(place) ?? "{}"))) {
@@ -8,7 +11,9 @@ export function keepDraft(form) {
     if (input && (!offered || offered.includes(value))) input.value = value;
   }
   form.addEventListener("input", () => {
-    const typed = Array.from(new FormData(form)).filter(([, value]) => typeof value === "string");
+    const typed = Array.from(new FormData(form)).filter(([name, value]) => {
+      return typeof value === "string" && !SECRET.includes(form.elements.namedItem(name).type);
+    });
     sessionStorage.setItem(place, JSON.stringify(Object.fromEntries(typed)));
   });
   return () => sessionStorage.removeItem(place);

@@ -1,6 +1,7 @@
 // The errors before and after, pose by pose, as points on a logarithmic scale.
 
-import { axis, colour, drawAlways } from "./plot.js";
+import { colour } from "./colours.js";
+import { axis, drawAlways } from "./plot.js";
 import { say } from "./words.js";
 
 // plotly.js would label the steps between powers of ten with a lone 2 or 5.

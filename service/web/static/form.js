@@ -43,12 +43,18 @@ function requestOf(form) {
 function jsonOf(form) {
   const json = {};
   for (const input of form.querySelectorAll("input, select")) {
+    if (input.dataset.optional && !input.value) continue;
     const path = input.name.split(".");
     const last = path.pop();
     const place = path.reduce((node, name) => (node[name] ??= {}), json);
-    place[last] = input.type === "number" ? input.valueAsNumber : input.value.trim();
+    place[last] = valueOf(input);
   }
   return json;
+}
+
+function valueOf(input) {
+  if (input.type === "number" || input.dataset.numeric) return Number(input.value);
+  return input.type === "password" ? input.value : input.value.trim();
 }
 
 function fileMark(file) {

@@ -2,6 +2,8 @@
 
 import { watchCells } from "./cells.js";
 import { enhance, tell } from "./form.js";
+import { checkFields } from "./form_check.js";
+import { guide } from "./new_campaign.js";
 import { keepFresh, refresh } from "./parts.js";
 import { say } from "./words.js";
 
@@ -26,15 +28,21 @@ function offerCells() {
 }
 
 enhance(newCampaign, open);
+checkFields(newCell);
+const checkAgain = guide(newCampaign);
 enhance(document.getElementById("import-bundle"), open);
 enhance(newCell, async (cell) => {
   newCell.reset();
   tell(newCell, say("cell_created", { cell: cell.name }), "good");
   await refresh(cells);
   newCampaign.elements.namedItem("cell").value = cell.name;
+  checkAgain();
 });
 watchCells(cells);
-cells.addEventListener("refreshed", offerCells);
+cells.addEventListener("refreshed", () => {
+  offerCells();
+  checkAgain();
+});
 keepFresh(cells, REFRESH_S);
 keepFresh(campaigns, REFRESH_S);
 document.documentElement.dataset.ready = "yes";

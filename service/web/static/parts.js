@@ -4,6 +4,10 @@ const shown = new WeakMap();
 
 export async function refresh(part) {
   const answer = await fetch(part.dataset.part);
+  if (answer.status === 401) {
+    location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
+    return;
+  }
   if (!answer.ok) throw new Error(`${part.dataset.part}: status ${answer.status}`);
   const text = await answer.text();
   if (text === shown.get(part)) return;

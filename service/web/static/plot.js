@@ -1,5 +1,7 @@
 // plotly.js: loaded when the first plot is drawn, without the button that uploads to Plotly's cloud.
 
+import { colour, onThemeChange } from "./colours.js";
+
 const CONFIG = {
   displaylogo: false,
   displayModeBar: "hover",
@@ -8,7 +10,6 @@ const CONFIG = {
   responsive: true,
 };
 
-const dark = matchMedia("(prefers-color-scheme: dark)");
 let loading;
 
 export function loadPlotly(address) {
@@ -22,17 +23,13 @@ export function loadPlotly(address) {
   return loading;
 }
 
-export function colour(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-}
-
 // Draws, and draws again in other colours when the day ends. `figure` makes traces and layout.
 export function drawAlways(plotly, place, figure) {
   const draw = () => {
     const { traces, layout } = figure();
     return plotly.react(place, traces, themed(layout), CONFIG);
   };
-  dark.addEventListener("change", draw);
+  onThemeChange(draw);
   return draw;
 }
 

@@ -1,6 +1,7 @@
 // Where the target was measured, from above and from the side, as the readings come.
 
-import { axis, colour, drawAlways } from "./plot.js";
+import { colour } from "./colours.js";
+import { axis, drawAlways } from "./plot.js";
 import { say } from "./words.js";
 
 const PAINTS = { calibrate: "series-fit", nominal: "series-before", compensated: "series-held-out" };

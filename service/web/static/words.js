@@ -1,4 +1,4 @@
-// The texts of service/web/words.py, as the page brings them along.
+// The texts of service/web/words, as the page brings them along.
 
 const words = JSON.parse(document.getElementById("words").textContent);
 

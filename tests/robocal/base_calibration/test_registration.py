@@ -148,6 +148,19 @@ def test_without_levels_the_master_s_line_is_open_too():
     assert "P1P2" in words
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_the_master_s_line_stays_open_whatever_noise_further_slave_touches_bring(seed):
+    """Misclosures must not pass for knowledge of the turn that no touch tells."""
+    rows = [(0, 1, 0.0, 0.0, 0.35), (0, 0, 0.0, 0.0, 0.0)]
+    # The third place lies a fraction of a millimetre off the line of the two before it.
+    rows += [(1, 1, 1.5, -0.52, 0.25), (1, 1, 1.5, 0.52, 0.45), (1, 1, 1.499, -0.26, 0.2517)]
+    touches = simulate(TILTED_CELL, Plan.of(rows), Faults(), np.random.default_rng(seed))
+    result = register(touches, STAGE)
+    named = [entry.words.split(" through")[0] for entry in result.undetermined]
+    assert named == ["turn of the slave's base about the line P1P2"]
+    assert not result.next_touch.by_slave
+
+
 def test_four_touches_are_enough_where_both_bases_are_level():
     result = register(noiseless(LEVEL_CELL, short_plan(), Faults()), LEVEL)
     assert not result.undetermined

@@ -183,6 +183,8 @@ def test_wrong_priors_and_ranges_reach_the_numerics(folder):
 
 BAD = [
     ("stage.yaml", "sigma_slide_mm: 0.05", "sigma_slide_mm: 0", "must be above zero, not 0"),
+    ("stage.yaml", "sigma_slide_mm: 0.05", "sigma_slide_mm: 1e9", "must not be above 1000"),
+    ("stage.yaml", "master:", "master:\n  sigma_joint_mrad: -5", "must not be negative"),
     ("stage.yaml", "sigma_slide_mm", "sigma_slid_mm", "field 'stage.sigma_slide_mm' is missing"),
     ("stage.yaml", "level_in_slave: false", "level_in_slave: perhaps", "must be true or false"),
     ("stage.yaml", "touches: touches.csv", "touches: ../touches.csv", "must name a file beside"),

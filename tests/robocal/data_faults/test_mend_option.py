@@ -42,7 +42,7 @@ def turned(tmp_path) -> Path:
 def test_identify_stops_with_the_sentence_and_writes_nothing(call, turned):
     status, out, complaint = call("identify", turned / "spoiled", "--out", turned / "o", "--json")
     assert (status, out) == (2, "")
-    assert complaint == f"robocal: measurements.csv: {SENTENCE} (identify --mend does it)\n"
+    assert complaint == f"robocal: measurements.csv: {SENTENCE} (--mend does it)\n"
     assert not (turned / "o").exists()
 
 

@@ -94,19 +94,22 @@ def moved(p: np.ndarray) -> np.ndarray:
 
 
 def bent(arm: Arm, rows: Rows, joint: int, c: float) -> np.ndarray:
-    """A cantilever under the moment at its start: slope phi and deflection two thirds L phi."""
+    """A beam whose curvature is the load's moment over EI = L / c, integrated along it."""
     T = np.broadcast_to(np.eye(4), (len(rows.q), 4, 4))
+    nodes, weights = np.polynomial.legendre.leggauss(4)
     for link, ((theta, d, a, alpha, beta), reading) in enumerate(
         zip(arm.links, rows.q.T, strict=True), start=1
     ):
-        T = T @ turn("z", theta + reading)
-        start = T[:, :3, 3]
-        T = T @ shift("z", d)
+        T = T @ turn("z", theta + reading) @ shift("z", d)
         if link == joint:
-            M = np.einsum("mji,mj->mi", T[:, :3, :3], moment(arm, rows, joint, start)) * c
-            M[:, 0] = 0.0
-            sag = np.stack([np.zeros(len(M)), M[:, 2], -M[:, 1]], axis=1) * a * 2 / 3
-            T = T @ shift("x", a) @ moved(sag) @ small_turn(M)
+            slope, sag = np.zeros((2, len(rows.q), 3))
+            for share, weight in zip(0.5 + 0.5 * nodes, 0.5 * weights, strict=True):
+                here = (T @ shift("x", a * share))[:, :3, 3]
+                M = np.einsum("mji,mj->mi", T[:, :3, :3], moment(arm, rows, joint, here)) * c
+                M[:, 0] = 0.0
+                slope = slope + weight * M
+                sag = sag + weight * a * (1 - share) * np.cross(M, [1.0, 0.0, 0.0])
+            T = T @ shift("x", a) @ moved(sag) @ small_turn(slope)
         else:
             T = T @ shift("x", a)
         T = T @ turn("x", alpha) @ turn("y", beta)

@@ -5,7 +5,8 @@ import json
 import re
 import subprocess
 import sys
-from functools import cache
+from collections.abc import Callable
+from dataclasses import dataclass
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -62,39 +63,71 @@ EFFECT_FIELDS = {
 GAIN_FIELDS = {"held_out_rms_before_mm", "held_out_rms_after_mm", "reduction", "ci95"}
 
 
-@pytest.fixture(scope="module")
-def hide(tmp_path_factory):
-    """Write a bundle with something hidden; give its folder and the truth."""
+@dataclass(frozen=True)
+class Case:
+    """A bundle with something hidden, and what was said of it."""
 
-    @cache
-    def written(kind: str, effect: str = "", seed: int = 7) -> tuple[Path, Truth]:
-        folder = tmp_path_factory.mktemp(effect or kind)
-        program = [sys.executable, "-m", "drivers.emulators.dataset", "--robot", str(ROBOT)]
-        places = ["--out", str(folder), "--truth", str(folder / "truth")]
-        kinds = ["--kind", kind, "--seed", str(seed), "--size", SIZES.get(effect, SIZE)]
-        chosen = ["--effect", effect] if effect else []
-        subprocess.run([*program, *places, *kinds, *chosen], cwd=ROOT, check=True)
-        return folder / "0000", read_truth(folder / "truth" / "0000.json")
-
-    return written
+    bundle: Path
+    truth: Truth
+    out: Path
+    verdict: Verdict
 
 
-def diagnosed(call, bundle: Path, out: Path) -> Verdict:
-    status, _, complaint = call("diagnose", bundle, "--out", out)
-    assert (status, complaint) == (0, "")
-    return read_verdict(out)
+def write_cases(folder: Path, kind: str, size: str, effects: tuple[str, ...]) -> None:
+    """One process writes a bundle for every effect; starting one takes longer than writing it."""
+    program = [sys.executable, "-m", "drivers.emulators.dataset", "--robot", str(ROBOT)]
+    places = ["--out", str(folder), "--truth", str(folder / "truth")]
+    kinds = ["--kind", kind, "--seed", "7", "--size", size, "--count", str(max(len(effects), 1))]
+    chosen = [part for effect in effects for part in ("--effect", effect)]
+    subprocess.run([*program, *places, *kinds, *chosen], cwd=ROOT, check=True)
+
+
+@pytest.fixture(scope="session")
+def hidden_cases(tmp_path_factory) -> dict[str, tuple[Path, Truth]]:
+    """For every effect a bundle where it is hidden, and the truth; `clean` holds none."""
+    cases = {}
+    plain = tuple(effect for effect in HIDDEN if effect not in SIZES)
+    orders = [("one", SIZE, plain), ("clean", SIZE, ())]
+    orders += [("one", size, (effect,)) for effect, size in SIZES.items()]
+    for kind, size, effects in orders:
+        folder = tmp_path_factory.mktemp(kind)
+        write_cases(folder, kind, size, effects)
+        for index, effect in enumerate(effects or ("clean",)):
+            truth = read_truth(folder / "truth" / f"{index:04d}.json")
+            cases[effect] = (folder / f"{index:04d}", truth)
+    return cases
+
+
+@pytest.fixture(scope="session")
+def results() -> dict[str, Path]:
+    """Where the diagnoses lie that were made so far."""
+    return {}
+
+
+@pytest.fixture
+def diagnosed(call, hidden_cases, results, tmp_path_factory) -> Callable[[str], Case]:
+    """Diagnose the bundle of an effect, once for all tests; nobody changes what it wrote."""
+
+    def diagnose(effect: str) -> Case:
+        bundle, truth = hidden_cases[effect]
+        if effect not in results:
+            out = tmp_path_factory.mktemp(f"diagnosed_{effect}")
+            status, _, complaint = call("diagnose", bundle, "--out", out)
+            assert (status, complaint) == (0, "")
+            results[effect] = out
+        return Case(bundle, truth, results[effect], read_verdict(results[effect]))
+
+    return diagnose
 
 
 @pytest.mark.parametrize("effect", HIDDEN)
-def test_an_effect_injected_alone_is_named_first_with_its_joint(call, hide, tmp_path, effect):
-    bundle, truth = hide("one", effect)
-    verdict = diagnosed(call, bundle, tmp_path)
-    assert verdict.named[0].cause.is_(truth.main[0]), verdict
+def test_an_effect_injected_alone_is_named_first_with_its_joint(diagnosed, effect):
+    case = diagnosed(effect)
+    assert case.verdict.named[0].cause.is_(case.truth.main[0]), case.verdict
 
 
-def test_clean_data_name_nothing(call, hide, tmp_path):
-    bundle, _ = hide("clean")
-    verdict = diagnosed(call, bundle, tmp_path)
+def test_clean_data_name_nothing(diagnosed):
+    verdict = diagnosed("clean").verdict
     assert verdict.word == "model_adequate"
     assert not verdict.named
 
@@ -105,15 +138,13 @@ def columns(path: Path) -> dict[str, np.ndarray]:
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def test_predict_uses_the_effects_of_the_written_model(call, hide, tmp_path):
+def test_predict_uses_the_effects_of_the_written_model(call, diagnosed, tmp_path):
     """Held-out rows, predicted by a second program run from model.yaml alone."""
-    bundle, truth = hide("one", "payload_compliance")
-    diagnosed(call, bundle, tmp_path)
-    assert yaml.safe_load((tmp_path / "model.yaml").read_text())["effects"]
+    case = diagnosed("payload_compliance")
+    model, bundle = case.out / "model.yaml", case.bundle
+    assert yaml.safe_load(model.read_text())["effects"]
     out = tmp_path / "poses.csv"
-    status, _, complaint = call(
-        "predict", tmp_path / "model.yaml", bundle / "measurements.csv", "--out", out
-    )
+    status, _, complaint = call("predict", model, bundle / "measurements.csv", "--out", out)
     assert (status, complaint) == (0, "")
     measured, predicted = columns(bundle / "measurements.csv"), columns(out)
     check = measured["split"] == "check"
@@ -122,16 +153,14 @@ def test_predict_uses_the_effects_of_the_written_model(call, hide, tmp_path):
         for name in ("x_mm", "y_mm", "z_mm")
     ])[:, check]
     rms = float(np.sqrt((miss**2).sum(axis=0).mean()))
-    gain = json.loads((tmp_path / "diagnosis.json").read_text())["gain"]
+    gain = json.loads((case.out / "diagnosis.json").read_text())["gain"]
     # poses.csv rounds to a hundredth of a micrometre.
     assert rms == pytest.approx(gain["held_out_rms_after_mm"], rel=1e-4)
-    assert rms < 1.3 * truth.noise_floor_mm < gain["held_out_rms_before_mm"]
+    assert rms < 1.3 * case.truth.noise_floor_mm < gain["held_out_rms_before_mm"]
 
 
-def test_the_document_has_the_shape_of_the_contract(call, hide, tmp_path):
-    bundle, _ = hide("one", "gear_harmonic")
-    diagnosed(call, bundle, tmp_path)
-    document = json.loads((tmp_path / "diagnosis.json").read_text())
+def test_the_document_has_the_shape_of_the_contract(diagnosed):
+    document = json.loads((diagnosed("gear_harmonic").out / "diagnosis.json").read_text())
     assert document.keys() >= FIELDS
     assert document["lack_of_fit"].keys() == {"statistic", "p_value"}
     assert document["gain"].keys() >= GAIN_FIELDS
@@ -155,23 +184,24 @@ class Page(HTMLParser):
         self.loads += [value for name, value in attrs if name in {"src", "href"} and value]
 
 
-def test_the_report_is_one_file_that_loads_nothing(call, hide, tmp_path):
-    bundle, truth = hide("one", "backlash")
-    diagnosed(call, bundle, tmp_path)
-    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+def test_the_report_is_one_file_that_loads_nothing(diagnosed):
+    case = diagnosed("backlash")
+    text = (case.out / "report.html").read_text(encoding="utf-8")
     page = Page()
     page.feed(text)
     assert all(target.startswith(("#", "data:")) for target in page.loads)
     assert not re.search(r"url\((?!['\"]?data:)", text)
     assert "svg" in page.tags
-    assert f"J{truth.main[0].joint}" in text
+    assert f"J{case.truth.main[0].joint}" in text
 
 
-def test_compensated_joints_bring_the_target_to_the_wanted_pose_under_load(call, hide, tmp_path):
+def test_compensated_joints_bring_the_target_to_the_wanted_pose_under_load(
+    call, diagnosed, tmp_path
+):
     """Judged by `predict` from the same model; the geometry alone would miss by far more."""
-    bundle, _ = hide("one", "payload_compliance")
-    diagnosed(call, bundle, tmp_path)
-    model, poses, back = tmp_path / "model.yaml", tmp_path / "poses.csv", tmp_path / "back.csv"
+    case = diagnosed("payload_compliance")
+    model, bundle = case.out / "model.yaml", case.bundle
+    poses, back = tmp_path / "poses.csv", tmp_path / "back.csv"
     assert call("predict", model, bundle / "measurements.csv", "--out", poses)[0] == 0
     measured, predicted = columns(bundle / "measurements.csv"), columns(poses)
     loaded = np.flatnonzero(measured["payload_kg"].astype(float) > 3)[:10]

@@ -22,13 +22,14 @@ N = 30
 UNSEEN = {"instrument_scale", "warm_up"}
 """Not to be seen in any rows, and not where the arm's temperature is read."""
 JOINTS = {"link_bending": 2, "joint_coupling": 6}
+MOMENT = (("line", 2.0 + STEP_ROW), ("last_line_before", 1.0 + STEP_ROW))
 ARGUMENTS = {
     "gear_harmonic": (("order", 7.0),),
     "joint_coupling": (("driven_by", 5.0),),
     "warm_up": (("tau_s", TAU),),
-    "base_step": (("line", 2.0 + STEP_ROW),),
-    "tool_step": (("line", 2.0 + STEP_ROW),),
-    "encoder_step": (("line", 2.0 + STEP_ROW),),
+    "base_step": MOMENT,
+    "tool_step": MOMENT,
+    "encoder_step": MOMENT,
 }
 WITHOUT_JOINT = {
     "base_compliance",
@@ -134,6 +135,18 @@ def test_an_effect_offers_its_place_where_the_rows_have_all_columns(name):
     assert (wanted.joint, tuple(n for n, _ in wanted.arguments)) in offered
 
 
+def test_rows_in_the_gap_where_a_step_may_be_get_the_share_to_expect():
+    arm, rows = arm_and_rows()
+    around = seen(arm, rows)
+    before, after = 10, 14
+    fitted = around.rows(np.array([k for k in range(N) if not before < k < after]))
+    steps = EFFECTS["encoder_step"].instances(fitted)
+    (step,) = [i for i in steps if i.joint == 3 and i.argument("line") == around.lines[after]]
+    (moved,) = EFFECTS["encoder_step"].moves(around, step).values()
+    expected = np.interp(np.arange(N), [before, after], [0.0, 1.0])
+    np.testing.assert_allclose(moved[:, 0], expected)
+
+
 def test_rows_without_a_column_do_not_offer_what_needs_it():
     arm, rows = arm_and_rows()
     around = seen(arm, rows)
@@ -145,19 +158,19 @@ def test_rows_without_a_column_do_not_offer_what_needs_it():
 
 def test_unknown_masses_load_a_joint_as_masses_at_the_ends_of_the_links_do():
     arm, rows = arm_and_rows()
-    mass = np.array([0.0, 3.0, 0.0, 2.0, 0.0, 1.0])
+    mass = np.array([0.0, 3.0, 0.0, 2.0, 0.0, 0.0])
     load = replace(rows.load, mass=mass, centre=np.zeros((6, 3)), payload=np.zeros(N))
     rows = replace(rows, load=load)
     around = seen(arm, rows)
     around = replace(around, robot=replace(around.robot, masses=None))
     (instance,) = [i for i in EFFECTS["joint_compliance"].instances(around) if i.joint == 2]
     names = [coefficient.name for coefficient in instance.coefficients]
-    points = ["2", "4", "6", "tip"]
+    points = ["2", "4", "tip"]
     assert names == [f"compliance_times_mass_{p}_rad_kg_per_nm" for p in points]
     compliance = 2e-6
-    values = compliance * np.array([3.0, 2.0, 1.0, 0.0])
+    values = compliance * np.array([3.0, 2.0, 0.0])
     model = around.robot.geometry.with_frames(arm.base, arm.tool).with_frames_as_origin()
-    fitted = FittedEffect(instance, values, np.zeros((4, 4)))
+    fitted = FittedEffect(instance, values, np.zeros((3, 3)))
     got = predict(model, around, (fitted,)).p.T - predict(model, around, ()).p.T
     moved = PHYSICS["joint_compliance"](arm, rows, 2, compliance) - arm.poses(rows.q)
     np.testing.assert_allclose(got, moved[:, :3, 3], atol=1e-3 * np.abs(moved).max())

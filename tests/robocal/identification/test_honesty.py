@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from robocal.calibrated import Provenance
 from robocal.errors import BadInput
 from robocal.formats.bundle import Target
 from robocal.formats.identification_json import identification_document
+from robocal.formats.model_yaml import calibrated_robot
 from robocal.identification.adequacy import judge
 from robocal.identification.identify import identify
 from robocal.identification.priors import Choices, choices_of
@@ -18,6 +20,13 @@ from robocal.instrument import InstrumentNoise
 from robocal.kinematics.forward import forward_kinematics
 from robocal.measurements import MeasurementSet
 from tests.robocal.identification.cells import measured, tool_distances
+
+
+def test_noise_that_is_declared_too_large_is_no_fault_of_the_model():
+    generous, exceeded = judge(30.0, 100.0), judge(200.0, 100.0)
+    assert not generous.adequate
+    assert generous.leaves_noise_alone
+    assert not exceeded.leaves_noise_alone
 
 
 def test_the_adequacy_band_is_that_of_chi_square():
@@ -64,22 +73,27 @@ def spoiled(rows: MeasurementSet, which: np.ndarray, error: np.ndarray) -> Measu
     return replace(rows, position=position)
 
 
-def test_outliers_are_found_and_good_rows_are_kept(tmp_path):
+def test_errors_of_a_tenth_of_a_mm_on_each_axis_are_found_at_003_mm_noise(tmp_path):
+    """40 sets of 100 rows, 0.1 mm on each axis in two of them; docs/identification.md has 600."""
+    noise = InstrumentNoise(3e-5)
     found = wrongly = good = bad = 0
-    for seed in range(20):
+    for seed in range(40):
         rng = np.random.default_rng(seed)
-        bundle, _, _ = measured(tmp_path / str(seed), "staubli_tx60", seed, 100, full_pose=False)
-        which = rng.choice(100, 3, replace=False)
-        # Five standard deviations on each axis: the noise is 0.015 mm and 6 ppm of about 3 m.
-        error = rng.choice([-1.0, 1.0], size=(3, 3)) * 1.2e-4
-        result = identify(replace(bundle, measurements=spoiled(bundle.measurements, which, error)))
+        bundle, cell, _ = measured(tmp_path / str(seed), "staubli_tx60", seed, 100, full_pose=False)
+        position = cell.true.poses(bundle.measurements.joints)[:, :3, 3]
+        rows = replace(bundle.measurements, position=position + 3e-5 * rng.normal(size=(100, 3)))
+        which = rng.choice(100, 2, replace=False)
+        rows = spoiled(rows, which, rng.choice([-1.0, 1.0], size=(2, 3)) * 1e-4)
+        result = identify(replace(bundle, measurements=rows, instrument=noise))
         lines = {row.line for row in result.rejected}
-        spoiled_lines = set(bundle.measurements.lines[which])
+        spoiled_lines = set(rows.lines[which].tolist())
         found += len(lines & spoiled_lines)
         wrongly += len(lines - spoiled_lines)
-        bad, good = bad + 3, good + 97
-    assert found / bad >= 0.95
-    assert wrongly / good <= 0.004  # 0.002 in the long run; 20 campaigns scatter about it
+        bad, good = bad + 2, good + 98
+    # In the long run 96.7 % and 0.17 %; of 80 errors nine missed have probability 0.001, of 3,920
+    # good rows fifteen rejected at 0.2 % too.
+    assert found / bad >= 0.89
+    assert wrongly <= 15
 
 
 def test_gross_errors_are_named_with_their_lines_and_do_not_spoil_the_rest(tmp_path):
@@ -132,11 +146,12 @@ def test_a_choice_that_makes_no_sense_is_refused_by_name(tmp_path, fixed, free, 
         identify(bundle, choices=choices_of(fixed, free, prior))
 
 
-def with_nest_visits(bundle, drift_of_row: np.ndarray):
+def with_nest_visits(bundle, drift_of_row: np.ndarray, seed: int = 0):
     """Three fixed nests visited after every ten rows, everything seen by a drifting station."""
     rows = bundle.measurements
     nests = np.array([[2.0, 0.0, 0.0], [2.0, 1.0, 0.2], [1.0, 1.5, -0.3]])
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(seed)
+    std = bundle.instrument.position_std(nests)
     order = []
     for row in range(len(rows)):
         if row % 10 == 0:
@@ -149,7 +164,7 @@ def with_nest_visits(bundle, drift_of_row: np.ndarray):
     position = rows.position[source].copy()
     for index, (kind, _) in enumerate(order):
         if kind < 0:
-            position[index] = nests[-1 - kind] + rng.normal(size=3) * 1.5e-5
+            position[index] = nests[-1 - kind] + rng.normal(size=3) * std[-1 - kind]
     position += drift_of_row[moment]
     repeated = {
         name: getattr(rows, name)[source]
@@ -186,6 +201,37 @@ def test_a_still_station_is_left_alone(tmp_path):
     result = identify(with_nest_visits(bundle, np.zeros((80, 3))))
     assert not result.drift.significant
     assert result.adequacy.adequate
+
+
+def wandering(seed: int, rows: int) -> np.ndarray:
+    """A station that wanders by about 0.1 mm from one visit of the nests to the next [m]."""
+    visits = np.array([*range(0, rows, 10), rows - 1])
+    places = np.random.default_rng(seed).normal(size=(len(visits), 3)).cumsum(axis=0) * 1e-4
+    moments = np.arange(rows)
+    places -= places[0]
+    return np.column_stack([np.interp(moments, visits, places[:, axis]) for axis in range(3)])
+
+
+def test_intervals_hold_the_truth_though_the_station_wandered(tmp_path):
+    """Each coordinate at 20 new poses; 40 campaigns know 95 % to about 1.3 %.
+
+    With the drift taken for exactly known they would hold it in 68 %.
+    """
+    held, chi_square = [], []
+    for seed in range(40):
+        bundle, cell, _ = measured(tmp_path / str(seed), "ur10e", seed, 60, full_pose=False)
+        result = identify(with_nest_visits(bundle, wandering(seed, 60), 100 + seed))
+        assert result.drift.significant
+        chi_square.append(result.adequacy.reduced_chi_square)
+        provenance = Provenance("0" * 64, "0", "2026-01-01", "simultaneous")
+        robot = calibrated_robot(bundle.robot, result, bundle.gravity, provenance)
+        q = cell.nominal.draw(np.random.default_rng(900 + seed), 20, widest=2.5)
+        variance = np.einsum("mii->mi", robot.tool_position_covariance(q))
+        error = robot.tool_poses(q)[:, :3, 3] - cell.true.poses(q)[:, :3, 3]
+        held.append((np.abs(error) < 1.96 * np.sqrt(variance)).mean())
+    assert 0.91 < np.mean(held) < 0.99
+    # Each scatters by about a tenth.
+    assert 0.93 < np.mean(chi_square) < 1.07
 
 
 def test_left_out_folds_predict_worse_than_the_fit_and_near_the_noise(tmp_path):

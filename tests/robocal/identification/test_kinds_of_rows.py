@@ -59,7 +59,7 @@ def test_lengths_alone_give_the_geometry_but_not_where_the_base_is_turned(tmp_pa
         position=np.full((90, 3), np.nan),
         distance=lengths_from(anchor, T, 3, SIGMA),
     )
-    result = identify(replace(bundle, measurements=rows))
+    result = identify(replace(bundle, measurements=rows, anchor=(0.0, 0.0, 0.0)))
     # 27 of positions less the three turns about the anchor.
     assert result.rank == 24
     assert {"base_yaw", "base_pitch", "base_roll"} <= set(result.reasons)

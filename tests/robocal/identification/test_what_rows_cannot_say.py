@@ -8,9 +8,12 @@ import pytest
 from robocal.calibrated import CalibratedRobot, Provenance
 from robocal.errors import BadInput
 from robocal.formats.bundle import Target, read_bundle
+from robocal.formats.identification_json import identification_document
 from robocal.identification.identify import identify
 from robocal.identification.priors import Choices, choices_of
+from robocal.identification.result import Status
 from robocal.identification.station_drift import find_drift
+from robocal.kinematics.forward import forward_kinematics
 from tests.measured_cell import measure, true_cell, write_bundle
 from tests.robocal.identification.cells import measured
 
@@ -86,6 +89,12 @@ def test_a_prior_must_be_a_positive_number(value):
         choices_of([], [], [f"a_2_mm={value}"])
 
 
+@pytest.mark.parametrize("prior", ["theta_2_mm=1", "d_2_deg=1", "tool_yaw_mm=1", "base_x_deg=1"])
+def test_a_prior_in_a_unit_that_its_parameter_has_not_is_refused(prior):
+    with pytest.raises(BadInput, match="so it must end in _"):
+        choices_of([], [], [prior])
+
+
 def test_a_still_station_seldom_looks_as_if_it_drifted(tmp_path):
     bundle, _, _ = measured(tmp_path, "ur5e", 6, 30, full_pose=False)
     nest = np.array([2.0, 0.5, 0.1])
@@ -117,3 +126,42 @@ def test_choices_of_a_campaign_are_overruled_by_later_ones():
     assert both.fixed == frozenset()
     assert both.free == frozenset({"a_2"})
     assert both.prior_std == {"a_3": pytest.approx(1e-3)}
+
+
+@pytest.mark.parametrize("asked", ["d_2", "beta_5", "theta_1"])
+def test_a_redundant_parameter_is_identified_when_it_is_asked_for(tmp_path, asked):
+    """Another one that moves the target alike gives way, and the poses stay what they are."""
+    bundle, cell, _ = measured(tmp_path, "ur10e", 4, 60, full_pose=True)
+    plain = identify(bundle)
+    result = identify(bundle, choices=choices_of([], [asked], []))
+    assert (plain.status(asked), result.status(asked)) == (Status.redundant, Status.identified)
+    assert result.std[result.cell.names.index(asked)] > 0
+    assert result.rank == plain.rank
+    assert not result.unmet
+    q = cell.nominal.draw(np.random.default_rng(0), 100, widest=2.0)
+    np.testing.assert_allclose(
+        forward_kinematics(result.model, q), forward_kinematics(plain.model, q), atol=2e-5
+    )
+
+
+def test_of_two_parameters_asked_for_that_move_the_tool_alike_one_is_named_as_not_met(tmp_path):
+    bundle, _, _ = measured(tmp_path, "ur10e", 4, 60, full_pose=True)
+    everything = ["d_2", "d_3", "d_4"]
+    result = identify(bundle, choices=choices_of([], everything, []))
+    assert len(result.unmet) == 2
+    document = identification_document(result)
+    assert document["choices"]["not_met"] == result.unmet
+    for name, reason in result.unmet.items():
+        (row,) = [row for row in document["parameters"] if row["name"] == name]
+        assert row["status"] == "redundant"
+        assert row["reason"] == f"asked for, but not identified: {reason}"
+        assert any(other in reason for other in everything)
+
+
+def test_the_command_line_says_which_wish_it_could_not_meet(tmp_path, call):
+    write_bundle(tmp_path / "b", "ur10e", true_cell("ur10e", 4), rows=60)
+    asked = ("--free", "d_2", "--free", "d_3", "--prior", "beta_6_deg=0.1")
+    status, printed, _ = call("identify", tmp_path / "b", "--out", tmp_path, *asked)
+    assert status == 0
+    assert "d_3 was asked for, but is not identified: parallel to d_2" in printed
+    assert "beta_6 was asked for, but is not identified: moves the target as" in printed

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from robocal.kinematics.forward import forward_kinematics
-from robocal.planning.capsules import Segment, arm_shape, distance, is_hidden, touches_itself
+from robocal.planning.capsules import Segment, arm_shape, distance, is_hidden, self_clearance
 from robocal.planning.cell import Cell
 from robocal.robots.library import load_robot
 
@@ -57,7 +57,7 @@ def test_an_arm_folded_onto_its_foot_touches_itself_and_a_stretched_one_does_not
     stretched = np.array([[0.0, -np.pi / 2, 0.0, -np.pi / 2, 0.0, 0.0]])
     folded = np.array([[0.0, -np.pi / 2, 3.1, -np.pi / 2, 0.0, 0.0]])
     shapes = [arm_shape(Cell().model(robot), q, 0.0) for q in (stretched, folded)]
-    assert [bool(touches_itself(shape, 0.06)[0]) for shape in shapes] == [False, True]
+    assert [bool(self_clearance(shape, 0.06)[0] < 0) for shape in shapes] == [False, True]
 
 
 def test_the_arm_hides_its_target_from_a_tracker_behind_it_only():

@@ -1,6 +1,9 @@
 import numpy as np
 import pytest
 
+from robocal.planning import detmax
+from robocal.planning.chosen_set import Selection
+from robocal.planning.determinant import DeterminantSet
 from robocal.planning.observability import observability
 from robocal.planning.selectors import MERITS, WORKSPACE, merit
 from robocal.planning.spectrum import SpectrumSet
@@ -88,3 +91,31 @@ def test_no_bound_hides_the_best_of_many_candidates_that_are_nearly_alike(name, 
     added = current.best_addition()
     best = max(range(12, 300), key=lambda i: observability(J[[*range(12), i]])[name])
     assert added == best
+
+
+@pytest.mark.parametrize("name", MERITS)
+def test_the_pose_that_replaces_another_is_the_best_of_all(name, rows, test_rows):
+    chosen = np.random.default_rng(6).choice(len(rows.J), size=20, replace=False).tolist()
+    current = merit(name, test_rows)(rows.J)
+    current.restart(tuple(chosen))
+    old, *kept = chosen
+    new = current.best_addition_without(old)
+    free = [i for i in range(len(rows.J)) if i not in kept]
+    gains = {i: worth(name, rows, test_rows, [*kept, i]) for i in free}
+    assert gains[new] == pytest.approx(max(gains.values()), rel=1e-9)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 8])
+@pytest.mark.parametrize("kind", ["equal rows", "empty rows", "equal columns", "three kinds"])
+def test_rows_that_depend_on_each_other_are_chosen_from_without_a_warning(kind, count):
+    J = np.random.default_rng(1).normal(size=(30, 3, 6))
+    if kind == "equal rows":
+        J[:, 2] = J[:, 1]
+    elif kind == "empty rows":
+        J[:, 2] = 0.0
+    elif kind == "equal columns":
+        J[:, :, 5] = J[:, :, 4]
+    else:
+        J = np.repeat(J[:3], 10, axis=0)
+    chosen = detmax.select(Selection(J, count, DeterminantSet, seed=1))
+    assert len(set(chosen.tolist())) == count

@@ -1,9 +1,4 @@
-"""Every text of the pages, in one place so that it can be translated.
-
-A word in braces is filled in where the text is shown. The pages' scripts are given the same texts.
-"""
-
-LANGUAGE = "en"
+"""The texts in English: every page, access, the first page, campaigns and their results."""
 
 WORDS: dict[str, str] = {
     # Every page
@@ -16,6 +11,69 @@ WORDS: dict[str, str] = {
     "cancel": "Cancel",
     "no_answer": "The service does not answer. What you typed is kept; try again in a moment.",
     "answer_unclear": "The service answered with status {status} and no explanation.",
+    # Access
+    "log_in": "Log in",
+    "log_out": "Log out",
+    "account": "Account",
+    "access": "Access",
+    "open_access": (
+        "Access is open: whoever reaches this page may move the robot. For a try-out on this "
+        "machine only."
+    ),
+    "nobody_yet": (
+        "Nobody can log in yet. The service printed a one-time link when it started; open it to "
+        "make the first engineer."
+    ),
+    "field_user": "User",
+    "field_password": "Password",
+    "field_old_password": "Old password",
+    "field_new_password": "New password",
+    "hint_user": "Small letters, digits, dot, hyphen and underscore.",
+    "hint_password": "At least {shortest} characters; a few words are good.",
+    "welcome": "Choose a password",
+    "welcome_note": "For the user “{person}”. This link works once.",
+    "welcome_first_note": "You are the first engineer of this service. This link works once.",
+    "link_not_valid": "This link was used or is too old. Ask an engineer for a new one.",
+    "choose_password": "Save and log in",
+    "change_password": "Change password",
+    "caller_person": "{name}",
+    "caller_key": "Key {name}",
+    "caller_anyone": "Anyone",
+    "scope_read": "Read",
+    "scope_operate": "Operate",
+    "scope_engineer": "Engineer",
+    "users": "Users",
+    "user_active": "active",
+    "user_waiting": "no password yet",
+    "user_disabled": "disabled",
+    "make_link": "New link",
+    "link_made": "Give this link to {name}; it works once, within a day: {link}",
+    "disable_user": "Disable",
+    "disable_question": "End the access of “{name}”?",
+    "disable_warning": (
+        "Every browser of this user is logged out at once. A new link gives the access back."
+    ),
+    "new_user": "New user",
+    "create_user": "Create user and link",
+    "program_keys": "Keys of programs",
+    "never": "never",
+    "revoked_at": "revoked {time}",
+    "revoke_key": "Revoke",
+    "revoke_question": "Revoke the key “{name}”?",
+    "revoke_warning": "The program that uses it is refused from now on. This cannot be undone.",
+    "new_key": "New key",
+    "create_key": "Create key",
+    "key_made": "The key “{name}”, shown only now: {key}",
+    "trail": "Who did what",
+    "older_lines": "Older lines",
+    "column_right": "Right",
+    "column_action": "Action",
+    "column_prefix": "Begins with",
+    "column_last_used": "Last used",
+    "column_when": "When",
+    "column_who": "Who",
+    "column_outcome": "Answer",
+    "column_address": "From",
     # Home
     "home_title": "Cells and campaigns",
     "cells": "Cells",
@@ -81,6 +139,8 @@ WORDS: dict[str, str] = {
     "field_limits_speed_deg_s": "Speed",
     "field_limits_acceleration_deg_s2": "Acceleration",
     "field_limits_full_speed_deg_s": "Full speed of the robot",
+    "field_limits_floor_mm": "Floor height",
+    "hint_limits_floor_mm": "Height in the base frame; no part beyond the second joint goes below.",
     "field_cell": "Cell",
     "field_kind": "Kind",
     "field_poses": "Poses",
@@ -90,6 +150,7 @@ WORDS: dict[str, str] = {
     "choose": "Choose…",
     "choice_calibrate": "Calibrate: identify the robot",
     "choice_verify": "Verify: error before and after",
+    "choice_health": "Check: has anything moved?",
     # Campaign page
     "campaign_title": "Campaign {id}",
     "kind_calibrate": "Calibration",
@@ -106,6 +167,7 @@ WORDS: dict[str, str] = {
     "settling": "settling {seconds} s",
     "seed": "seed {seed}",
     "progress": "Progress",
+    "skipped_poses": "Poses left out: {count}",
     "progress_readings": "{done} of {total} readings",
     "remaining": "about {time} left",
     "remaining_unknown": "remaining time not known yet",

@@ -1,0 +1,93 @@
+"""From one database to another: SQLite to PostgreSQL when one host is outgrown, or back again."""
+
+import sqlite3
+import tempfile
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+from sqlalchemy import update
+from sqlalchemy.orm import Session
+
+from robocal.errors import BadInput
+from service.backup.rows import CopiedTable, copy_rows, is_empty
+from service.db.engine import Database, open_database, sqlite_file
+from service.db.models import JobRow
+from service.db.upgrade import is_up_to_date, upgrade_schema
+from service.jobs.procrastinate_queue import ProcrastinateQueue
+
+
+def copy_database(source: Database, target: Database, lease_s: float) -> list[CopiedTable]:
+    """Copy everything into an empty database.
+
+    The source may be in use: what was stored until now is copied, and no half of a transaction.
+
+    Raises
+    ------
+    BadInput
+        If the target holds something, or a database is of another version of robocal.
+    """
+    upgrade_schema(target)
+    with snapshot(source) as still, still.read() as sent, target.write() as received:
+        if not is_empty(received):
+            raise BadInput(
+                shown(target), "there is something in this database; copy into an empty one"
+            )
+        copied = copy_rows(sent, received)
+        _free_jobs(received, target, lease_s)
+    return copied
+
+
+@contextmanager
+def snapshot(database: Database) -> Iterator[Database]:
+    """Return a database that can be read as it is now, of this version of robocal."""
+    file = sqlite_file(database.engine.url.render_as_string(hide_password=False))
+    if file is None:
+        if not is_up_to_date(database):
+            raise BadInput(
+                shown(database),
+                "it is of another version of robocal; start this version's service on it once",
+            )
+        yield database
+        return
+    if not file.is_file():
+        raise BadInput(str(file), "there is no such file")
+    with tempfile.TemporaryDirectory(prefix="robocal-") as folder:
+        copy = Path(folder) / "snapshot.sqlite3"
+        copy_file(file, copy)
+        opened = open_database(f"sqlite:///{copy}")
+        try:
+            upgrade_schema(opened)
+            yield opened
+        finally:
+            opened.close()
+
+
+def copy_file(file: Path, copy: Path) -> None:
+    """Copy an SQLite file that may be in use; raises `BadInput` if it is damaged."""
+    try:
+        with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(copy)) as target:
+            source.backup(target)
+            verdict = target.execute("PRAGMA integrity_check").fetchone()[0]
+    except sqlite3.DatabaseError as fault:
+        raise BadInput(str(file), f"it cannot be read as a database ({fault})") from None
+    if verdict != "ok":
+        raise BadInput(str(file), f"the database is damaged ({verdict}); take an older copy")
+
+
+def shown(database: Database) -> str:
+    """Address of a database, without its password."""
+    return database.engine.url.render_as_string(hide_password=True)
+
+
+def _free_jobs(session: Session, target: Database, lease_s: float) -> None:
+    """Take open jobs out of the hands of the source's workers, who know nothing of the copy."""
+    session.execute(
+        update(JobRow)
+        .where(JobRow.state == "running")
+        .values(state="queued", worker="", lease_until=0.0, fence=JobRow.fence + 1)
+    )
+    session.execute(update(JobRow).values(delivery=None))
+    session.expire_all()
+    if not target.on_one_host:
+        ProcrastinateQueue(target, lease_s).send_open_jobs(session)

@@ -1,0 +1,50 @@
+"""REST: the certificate of a calibration, as HTML or PDF, and the report under its older name."""
+
+from enum import StrEnum
+from typing import Annotated
+
+from fastapi import APIRouter, Header, Query, Response
+
+from service.certificate.contents import contents
+from service.certificate.document import certificate_html, certificate_pdf
+from service.dependencies import DatabaseDependency, RowNumber
+
+router = APIRouter(prefix="/campaigns/{campaign}/certificate", tags=["campaigns"])
+
+_PDF, _HTML = "application/pdf", "text/html"
+
+
+class CertificateFormat(StrEnum):
+    """How a certificate is written."""
+
+    html = "html"
+    pdf = "pdf"
+
+
+@router.get(
+    "",
+    response_class=Response,
+    responses={200: {"content": {_HTML: {}, _PDF: {}}}},
+)
+def get_certificate(
+    campaign: RowNumber,
+    database: DatabaseDependency,
+    wanted: Annotated[CertificateFormat | None, Query(alias="format")] = None,
+    accept: Annotated[str, Header()] = "*/*",
+) -> Response:
+    """Return the certificate: HTML, or PDF by Accept or `?format=pdf`."""
+    with database.read() as session:
+        found = contents(session, campaign)
+        if wanted is CertificateFormat.pdf or (wanted is None and _PDF in accept):
+            name = f"certificate-{found.number}.pdf"
+            return Response(
+                certificate_pdf(found),
+                media_type=_PDF,
+                headers={"Content-Disposition": f'inline; filename="{name}"'},
+            )
+        return Response(
+            certificate_html(found),
+            media_type=_HTML,
+            # The file brings its own style and nothing else.
+            headers={"Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'"},
+        )

@@ -1,0 +1,30 @@
+"""`robocal restore`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def restore(
+    file: Annotated[Path, typer.Argument(help="what `robocal backup` wrote")],
+    *,
+    replace: Annotated[
+        bool, typer.Option("--replace", help="replace what the database holds, after a backup")
+    ] = False,
+) -> None:
+    """Bring a backup into the database of the settings; no worker may be at work on it."""
+    from service.backup import keeping
+    from service.backup_lines import copied_lines
+    from service.db.engine import open_database
+    from service.start_up import read_settings
+
+    settings = read_settings()
+    database = open_database(settings.database_url, settings.busy_s)
+    try:
+        restored, before = keeping.restore(file, database, settings.lease_s, replace=replace)
+    finally:
+        database.close()
+    print(copied_lines(restored))
+    if before is not None:
+        print(f"what was there before is in {before}")

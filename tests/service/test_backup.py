@@ -1,0 +1,245 @@
+"""Databases are copied, backed up and restored whole, between both kinds, while they are in use."""
+
+import shutil
+import sqlite3
+import threading
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from sqlalchemy import func, select, text
+
+from robocal.errors import BadInput
+from service.backup.copying import copy_database
+from service.backup.keeping import back_up, restore
+from service.backup.rows import summary, tables
+from service.clock import utc_now
+from service.db.engine import Database, open_database
+from service.db.models import (
+    AnswerRow,
+    BundleRow,
+    CampaignRow,
+    CellRow,
+    JobRow,
+    PoseRow,
+    ReadingRow,
+)
+from service.jobs.queue import JobKind
+from service.jobs.queues import open_queue
+
+LEASE_S = 10.0
+READINGS = 503
+"""More than are copied at once."""
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def filled(request):
+    """A database with a campaign in a worker's hands, its readings, and awkward values."""
+    setting = "database_url" if request.param == "sqlite" else "postgresql_url"
+    database = open_database(request.getfixturevalue(setting))
+    with database.write() as session:
+        document = {"name": "Zelle-ö", "nothing": None, "list": [1, 2.5, 1e-300, "\u4e2d"]}
+        session.add(CellRow(name="c", document=document, armed=True, created=utc_now()))
+        session.flush()
+        session.add(campaign(1, "c"))
+        session.add(campaign(2, None))
+        session.flush()
+        session.add(BundleRow(campaign=2, content=bytes(range(256)) * 40))
+        session.add(PoseRow(campaign=1, idx=0, commanded=[0.1 + 0.2, -1e-17], purpose="calibrate"))
+        session.add(
+            AnswerRow(key="k", request_sha256="0", status=201, body="{}", created=utc_now())
+        )
+        session.flush()
+        session.add_all(reading(number) for number in range(READINGS))
+        open_queue(database, LEASE_S).enqueue(session, 1, "c", JobKind.collect)
+    yield database
+    database.close()
+
+
+def campaign(number: int, cell: str | None) -> CampaignRow:
+    return CampaignRow(
+        id=number,
+        cell=cell,
+        kind="calibrate",
+        state="running",
+        pose_count=1,
+        repeats=READINGS,
+        settle_s=0.3,
+        seed=2**31 - 1,
+        robot_yaml="",
+        joint_units=["deg"],
+        created=utc_now(),
+    )
+
+
+def reading(number: int) -> ReadingRow:
+    row = ReadingRow(campaign=1, idx=0, repeat=number, revision=number, attempt=1, fence=1)
+    row.joints, row.commanded, row.position = [0.1 * number], [0.0], [1.0 / 3.0, 2e-9, -0.0]
+    row.orientation = None if number % 2 else [1.0, 0.0, 0.0, 0.0]
+    row.spread, row.shots, row.approach, row.speed = 1e-6 * number, 3, [-1], 0.25
+    row.settle_s = row.robot_time_s = row.tracker_time_s = row.t_s = number / 7.0
+    row.motion_s = row.settling_s = row.measuring_s = row.overhead_s = 0.1
+    row.created = utc_now()
+    return row
+
+
+@pytest.fixture
+def target(request, filled, tmp_path, empty_database):
+    """An empty database of the other kind."""
+    if filled.on_one_host:
+        url = request.getfixturevalue("second_postgresql_url")
+    else:
+        url = f"sqlite:///{shutil.copy(empty_database, tmp_path / 'target.sqlite3')}"
+    database = open_database(url)
+    yield database
+    database.close()
+
+
+def contents(database: Database, *, but: str = "") -> dict[str, tuple[int, str]]:
+    with database.read() as session:
+        found = [summary(session, table) for table in tables() if table.name != but]
+    return {table.name: (table.rows, table.sha256) for table in found}
+
+
+def test_everything_arrives_in_the_other_kind_of_database(filled, target):
+    copied = copy_database(filled, target, LEASE_S)
+    assert {table.name: table.rows for table in copied}["reading"] == READINGS
+    # Open jobs change hands; everything else is what it was.
+    assert contents(target, but="job") == contents(filled, but="job")
+    with target.read() as session:
+        approach = session.scalars(select(ReadingRow).where(ReadingRow.repeat == 1)).one()
+        assert approach.position == [1.0 / 3.0, 2e-9, -0.0]
+        assert approach.orientation is None
+
+
+def test_an_open_job_goes_on_in_the_new_database_and_numbers_are_new(filled, target):
+    taken = open_queue(filled, LEASE_S).claim("old")
+    copy_database(filled, target, LEASE_S)
+    claim = open_queue(target, LEASE_S).claim("new")
+    assert (claim.job, claim.campaign) == (taken.job, 1)
+    assert claim.fence > taken.fence
+    with target.write() as session:
+        row = campaign(0, None)
+        row.id = None
+        session.add(row)
+        session.flush()
+        assert row.id == 3
+
+
+def test_a_copy_into_a_database_that_holds_something_is_refused(filled, target):
+    with target.write() as session:
+        session.add(CellRow(name="mine", document={}, armed=False, created=utc_now()))
+    with pytest.raises(BadInput, match="copy into an empty one"):
+        copy_database(filled, target, LEASE_S)
+    with target.read() as session:
+        assert session.scalar(select(func.count()).select_from(ReadingRow)) == 0
+
+
+def test_a_backup_is_restored_into_the_other_kind_of_database(filled, target, tmp_path):
+    file = tmp_path / "backup.sqlite3"
+    kept = back_up(filled, file, LEASE_S)
+    assert {table.name: table.rows for table in kept}["reading"] == READINGS
+    restored, before = restore(file, target, LEASE_S, replace=False)
+    assert before is None
+    assert len(restored) == len(kept)
+    assert contents(target, but="job") == contents(filled, but="job")
+    assert sorted(path.name for path in tmp_path.glob("backup*")) == ["backup.sqlite3"]
+
+
+def test_a_restore_replaces_only_when_told_and_keeps_what_was_there(filled, tmp_path):
+    file = tmp_path / "backup.sqlite3"
+    back_up(filled, file, LEASE_S)
+    at_the_backup = contents(filled, but="job")
+    with filled.write() as session:
+        session.add(CellRow(name="later", document={}, armed=False, created=utc_now()))
+    later = contents(filled, but="job")
+    with pytest.raises(BadInput, match="--replace"):
+        restore(file, filled, LEASE_S, replace=False)
+    assert contents(filled, but="job") == later
+    _, before = restore(file, filled, LEASE_S, replace=True)
+    assert contents(filled, but="job") == at_the_backup
+    kept = open_database(f"sqlite:///{before}")
+    assert contents(kept, but="job") == later
+    kept.close()
+
+
+def test_a_restore_under_a_workers_hands_is_refused(filled, tmp_path):
+    file = tmp_path / "backup.sqlite3"
+    back_up(filled, file, LEASE_S)
+    open_queue(filled, LEASE_S).claim("w1")
+    with pytest.raises(BadInput, match="stop them before a restore"):
+        restore(file, filled, LEASE_S, replace=True)
+
+
+def test_a_backup_during_writes_is_one_moment_of_the_database(filled, tmp_path):
+    """Each transaction adds a cell and its campaign: a backup has both or neither."""
+    over = threading.Event()
+
+    def write() -> None:
+        number = 10
+        while not over.is_set():
+            with filled.write() as session:
+                session.add(CellRow(name=f"n{number}", document={}, armed=False, created=utc_now()))
+                session.flush()
+                session.add(campaign(number, f"n{number}"))
+            number += 1
+
+    thread = threading.Thread(target=write)
+    thread.start()
+    try:
+        for number in range(3):
+            back_up(filled, tmp_path / f"{number}.sqlite3", LEASE_S)
+    finally:
+        over.set()
+        thread.join()
+    sizes = []
+    for number in range(3):
+        with closing(sqlite3.connect(tmp_path / f"{number}.sqlite3")) as kept:
+            count = "SELECT count(*) FROM"
+            sizes.append(kept.execute(f"{count} cell").fetchone()[0])
+            assert kept.execute(f"{count} campaign").fetchone()[0] == sizes[-1] + 1
+    assert sizes == sorted(sizes)
+    assert sizes[-1] > sizes[0]
+
+
+def test_a_damaged_or_missing_backup_is_refused_in_one_line(
+    tmp_path, database_url, call, monkeypatch
+):
+    monkeypatch.setenv("ROBOCAL_DATABASE_URL", database_url)
+    broken = tmp_path / "broken.sqlite3"
+    broken.write_bytes(b"this is no database, and long enough to be looked at as one" * 50)
+    for file, word in ((broken, "cannot be read"), (tmp_path / "nowhere.sqlite3", "no such file")):
+        status, _, complaint = call("restore", file)
+        assert (status, complaint.count("\n")) == (2, 1)
+        assert word in complaint
+
+
+def test_the_commands_back_up_and_restore_what_the_settings_name(
+    filled, tmp_path, call, monkeypatch, second_postgresql_url
+):
+    url = filled.engine.url.render_as_string(hide_password=False)
+    monkeypatch.setenv("ROBOCAL_DATABASE_URL", url)
+    file = tmp_path / "kept.sqlite3"
+    status, printed, _ = call("backup", file)
+    assert status == 0
+    assert f"reading          {READINGS:8d}" in printed
+    assert call("backup", file)[0] == 2
+    status, again, _ = call("restore", file, "--replace")
+    assert status == 0
+    assert "what was there before is in" in again
+    status, moved, _ = call("copy-database", url, second_postgresql_url)
+    assert status == 0
+    assert "every row arrived as it was sent" in moved
+    readings = [line for line in printed.splitlines() if line.startswith("reading")]
+    assert readings[0] in again
+    assert readings[0] in moved
+
+
+def test_readings_cannot_be_changed_after_a_restore(filled, tmp_path):
+    file: Path = tmp_path / "backup.sqlite3"
+    back_up(filled, file, LEASE_S)
+    restore(file, filled, LEASE_S, replace=True)
+    with filled.read() as session:
+        assert session.scalar(select(func.count()).select_from(JobRow)) == 1
+    with pytest.raises(Exception, match="never changed"), filled.write() as session:
+        session.execute(text("UPDATE reading SET spread = 1"))

@@ -1,0 +1,141 @@
+"""The certificate: what it states, and that the same database gives the same bytes."""
+
+import hashlib
+import subprocess
+import sys
+
+import pytest
+import yaml
+
+from service.db.models import CampaignRow, ParametersRow, ResultRow
+from service.parameters import life, store
+from service.parameters.models import Origin
+from tests.robocal.formats.calibrated_arms import calibrated_arm
+from tests.service.released_arm import content_of
+
+CELL = {
+    "name": "c1",
+    "robot": {"model": "ur10e", "driver": "mock", "address": "127.0.0.1:9"},
+    "tracker": {
+        "driver": "mock",
+        "address": "127.0.0.1:9",
+        "calibration": {
+            "certificate": "DKD-4711",
+            "date": "2026-03-01",
+            "laboratory": "<PTB> & Co",
+        },
+    },
+}
+FIGURES = {"position_rms_mm": 0.0267, "position_mean_mm": 0.0246, "position_max_mm": 0.0401}
+IDENTIFICATION = {
+    "parameters": [
+        {
+            "name": "theta_2",
+            "unit": "deg",
+            "nominal": -90,
+            "identified": -89.97,
+            "std": 0.0004,
+            "status": "identified",
+        },
+        {"name": "d_3", "unit": "mm", "nominal": 0, "identified": 0, "std": 0, "status": "fixed"},
+    ],
+    "rank": 27,
+    "condition": 41.2,
+    "strategy": "simultaneous",
+    "residuals": {
+        "before": {**FIGURES, "position_rms_mm": 1.8579},
+        "fit": FIGURES,
+        "held_out": FIGURES,
+    },
+}
+VERIFICATION = {
+    "before": FIGURES, "after": FIGURES, "passed": True, "reasons": [],
+    "criterion": {"pose_accuracy_mean_mm": 0.25, "pose_accuracy_max_mm": 0.5, "poses": 5},
+    "iso_9283": {"poses": [{}, {}], "visits": 3, "AP_p_mean_mm": 0.0223, "AP_p_max_mm": 0.0444,
+                 "RP_l_mean_mm": 0.031, "RP_l_max_mm": 0.05},
+}  # fmt: skip
+RENDER = """
+import sys
+from service.certificate.contents import contents
+from service.certificate.document import certificate_html, certificate_pdf
+from service.db.engine import open_database
+database = open_database(sys.argv[1])
+with database.read() as session:
+    found = contents(session, 1)
+    sys.stdout.buffer.write(certificate_html(found).encode() + certificate_pdf(found))
+database.close()
+"""
+
+
+@pytest.fixture
+def certified(client, database):
+    """Campaign 1 with its results, version 1 verified by campaign 2."""
+    assert client.post("cells", json=CELL).status_code == 201
+    client.post("cells/c1/arm")
+    client.post("campaigns", json={"cell": "c1", "kind": "calibrate", "poses": 8})
+    content = content_of(calibrated_arm("ur10e"))
+    with database.write() as session:
+        store.add_candidate(session, "c1", 1, content)
+    client.post("campaigns", json={"cell": "c1", "kind": "verify", "poses": 8})
+
+    def result(campaign, kind, document, model=None):
+        return ResultRow(
+            campaign=campaign, kind=kind, document=document, model_yaml=model,
+            bundle_sha256="ab" * 32, software_version="0.1.0", settings={},
+            created=f"2026-11-22T07:0{campaign}:00.000+00:00",
+        )  # fmt: skip
+
+    with database.write() as session:
+        model = yaml.safe_dump(content.model, sort_keys=False)
+        session.add(result(1, "identification", IDENTIFICATION, model))
+        session.add(result(1, "uncertainty", {"tool_position": {"U95_mean_mm": 0.0213}}))
+        session.add(result(2, "verification", VERIFICATION))
+        assert session.get_one(CampaignRow, 2).parameters_version == 1
+        life.note_verification(session, session.get_one(ParametersRow, ("c1", 1)), 2, Origin(), [])
+
+
+def rendered(url: str) -> bytes:
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", RENDER, url], capture_output=True, check=True
+    )
+    return done.stdout
+
+
+def test_two_processes_render_the_same_bytes_html_and_pdf(certified, settings):
+    first, second = (rendered(settings.database_url) for _ in range(2))
+    assert hashlib.sha256(first).hexdigest() == hashlib.sha256(second).hexdigest()
+    assert b"%PDF-" in first
+
+
+def test_it_states_robot_instruments_figures_and_hashes(client, certified):
+    answer = client.get("campaigns/1/certificate")
+    assert answer.status_code == 200
+    assert answer.headers["Content-Type"].startswith("text/html")
+    for words in (
+        "ur10e, cell c1",
+        "version 1, verified",
+        "certificate DKD-4711 of 2026-03-01, &lt;PTB&gt; &amp; Co",
+        "1.8579",
+        "-89.97000",
+        # Expanded by two: 2 x 0.0004.
+        "0.00080",
+        "mean 0.0223 mm, largest 0.0444 mm",
+        "mean 0.0310 mm, largest 0.0500 mm",
+        "passed",
+        "ab" * 32,
+    ):
+        assert words in answer.text
+    assert "Not diagnosed" in answer.text
+
+
+def test_it_is_a_pdf_by_accept_and_by_query(client, certified):
+    for options in ({"headers": {"Accept": "application/pdf"}}, {"params": {"format": "pdf"}}):
+        answer = client.get("campaigns/1/certificate", **options)
+        assert answer.headers["Content-Type"] == "application/pdf"
+        assert answer.content.startswith(b"%PDF-")
+
+
+def test_without_an_identification_there_is_no_certificate(client, certified):
+    answer = client.get("campaigns/2/certificate")
+    assert answer.status_code == 404
+    assert "no identification" in answer.json()["detail"]

@@ -32,12 +32,12 @@ class Travel:
 
 @dataclass(frozen=True)
 class Pair:
-    """Both robots, with the joints of one touch each to start a search of reach from."""
+    """Both robots, each with the joints of its own touches [rad or m]."""
 
     master: Arm
     slave: Arm
-    master_joints: Float[Array, "joint"]
-    slave_joints: Float[Array, "_"]
+    master_joints: Float[Array, "_ joint"]
+    slave_joints: Float[Array, "_ _"]
 
 
 @dataclass(frozen=True)
@@ -149,9 +149,9 @@ def _in_reach(candidates: Touches, touches: Touches, pair: Pair | None) -> Bool[
             made = np.linalg.norm(touches.tips[touches.by_slave == by_slave], axis=1)
             result[own] = np.linalg.norm(candidates.tips[own], axis=1) <= made.max()
         elif by_slave:
-            result[own] = pair.slave.reaches(candidates.tips[own], pair.slave_joints)
+            result[own] = pair.slave.reaches(candidates.tips[own], pair.slave_joints[0])
         else:
-            result[own] = pair.master.reaches(candidates.tips[own], pair.master_joints)
+            result[own] = pair.master.reaches(candidates.tips[own], pair.master_joints[0])
     return result
 
 

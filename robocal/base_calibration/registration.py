@@ -13,6 +13,7 @@ from robocal.base_calibration.open_directions import OpenDirection, open_directi
 from robocal.base_calibration.solution import Solution
 from robocal.base_calibration.stage import Stage
 from robocal.base_calibration.touches import Touches
+from robocal.base_calibration.unit_slips import unit_slip
 from robocal.errors import NoAnswer
 from robocal.frames import xyz_ypr_from_frame
 
@@ -111,16 +112,20 @@ def register(
     stage
         Sensor uncertainties, levels and priors of the corrections.
     travel, pair
-        For the proposals of further touches: the stage's ranges and both robots.
+        For the proposals of further touches: the stage's ranges and both robots, whose columns
+        are also tried in other units where nothing fits.
 
     Raises
     ------
     NoAnswer
-        With fewer touches, or if the iteration does not settle.
+        With fewer touches, in wrong units, or if the iteration does not settle.
     """
     for robot, count in (("master", (~touches.by_slave).sum()), ("slave", touches.by_slave.sum())):
         if count < 2:
             raise NoAnswer(f"{count} touches by the {robot}; each robot must touch at least twice")
+    slip = None if pair is None else unit_slip(touches, stage, pair)
+    if slip is not None:
+        raise NoAnswer(f"the touches fit only if {slip}; convert the touches to the columns' units")
     ranges = Travel() if travel is None else travel
     found = examine(touches, stage)
     return Registration(

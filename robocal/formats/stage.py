@@ -24,6 +24,10 @@ from robocal.robots.robot import Robot
 _MM, _MRAD, _DEG = 1e-3, 1e-3, np.pi / 180.0
 _LARGEST_SIGMA = 1000.0
 """Beyond it a sensor says nothing, and sums lose the digits of the others [mm, mrad]"""
+_BEYOND = 0.1
+"""A joint at its stop may read this much beyond its limit [deg or mm]"""
+_NO_TRAVEL = 1.0
+"""A sliding joint that is never this far from zero is taken for one in metres [mm]"""
 _READINGS = ("slide_mm", "rod_angle_deg", "rod_length_mm")
 _ROBOTS, _CUPS = ("master", "slave"), ("slide", "rod")
 
@@ -54,7 +58,7 @@ def read_stage(path: Path) -> StageCalibration:
     table = read_table(path.parent / plain_file_name(fields, "touches"))
     fields.finish()
     touches, joints = _touches(table, robots)
-    pair = Pair(robots[0][1], robots[1][1], joints[0][0], joints[1][0])
+    pair = Pair(robots[0][1], robots[1][1], joints[0], joints[1])
     return StageCalibration(stage, travel, touches, pair)
 
 
@@ -206,7 +210,29 @@ def _joints(
 ) -> Float[Array, "_ joint"]:
     why = f"robot '{robot.name}' made this touch"
     values = np.column_stack([_numbers(table, column, own, why) for column in columns])
+    low, high = (robot.limits / robot.joint_scale[:, None]).T
+    outside = own[:, None] & ((values < low - _BEYOND) | (values > high + _BEYOND))
+    if outside.any():
+        row, joint = np.argwhere(outside)[0]
+        raise BadInput(
+            f"{table.file} line {table.lines[row]}",
+            f"column '{columns[joint]}' is {values[row, joint]:g}, outside the limits "
+            f"{low[joint]:g} to {high[joint]:g} of robot '{robot.name}'",
+        )
+    _refuse_metres(table, columns, values[own])
     return np.asarray(values[own] * robot.joint_scale)
+
+
+def _refuse_metres(table: Table, columns: tuple[str, ...], values: Float[Array, "_ joint"]) -> None:
+    """A slide alike in all touches only shifts the base: no residual shows its unit."""
+    for column, slide in zip(columns, values.T, strict=True):
+        largest = np.abs(slide).max()
+        if column.endswith("_mm") and 0.0 < largest < _NO_TRAVEL:
+            raise BadInput(
+                table.file,
+                f"column '{column}' stays below {largest:.2g} mm in every touch, which looks like "
+                "metres; write millimetres, or 0 where the joint stands at its zero",
+            )
 
 
 def _readings(table: Table, on_rod: Bool[Array, "touch"]) -> Readings:

@@ -140,7 +140,7 @@ def test_the_next_touch_is_one_that_the_robot_reaches(written, tmp_path, call):
     touch = json.loads(out)["next_touch"]
     name = {"master": "abb_irb120", "slave": "abb_irb910sc"}[touch["robot"]]
     start = read_stage(written / "stage.yaml").pair
-    joints = {"master": start.master_joints, "slave": start.slave_joints}[touch["robot"]]
+    joints = {"master": start.master_joints, "slave": start.slave_joints}[touch["robot"]][0]
     joints_for(with_needle(name), np.array(touch["place_mm"]) * 1e-3, joints)
 
 
@@ -179,6 +179,41 @@ def test_wrong_priors_and_ranges_reach_the_numerics(folder):
     assert measured.stage.prior_std[0] == 0.0
     assert measured.stage.prior_std[1] == pytest.approx(0.5e-3)
     assert measured.travel.slide == (0.0, 2.5)
+
+
+UNITS = [
+    ({"slide_mm": 1e-3}, "slide_mm holds metres"),
+    ({"rod_angle_deg": np.pi / 180}, "rod_angle_deg holds radians"),
+    ({"j3_mm": 1e-3}, "column 'j3_mm' stays below 0.07 mm in every touch"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("factors", "sentence"), UNITS)
+def test_a_column_in_another_unit_is_named(folder, tmp_path, call, factors, sentence):
+    with (folder / "touches.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    for row in rows:
+        for column, factor in factors.items():
+            of_slave = column.startswith("j") and row["robot"] == "slave"
+            if row[column] and (not of_slave or column == "j3_mm"):
+                row[column] = repr(float(row[column]) * factor)
+    with (folder / "touches.csv").open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, HEADER)
+        writer.writeheader()
+        writer.writerows(rows)
+    status, _, complaint = call("basecal", folder / "stage.yaml", "--out", tmp_path / "out")
+    assert status == (2 if "column" in sentence else 3)
+    assert sentence in complaint
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_touch_beyond_the_joint_limits_is_refused(folder, tmp_path, call):
+    with (folder / "touches.csv").open(encoding="utf-8", newline="") as stream:
+        first = next(csv.DictReader(stream))["j2_deg"]
+    edit(folder, "touches.csv", first, "400")
+    status, _, complaint = call("basecal", folder / "stage.yaml", "--out", tmp_path / "out")
+    assert status == 2
+    assert "touches.csv line 2: column 'j2_deg' is 400, outside the limits -110 to 110" in complaint
 
 
 BAD = [

@@ -15,6 +15,8 @@ POSITION = ("x_mm", "y_mm", "z_mm")
 QUATERNION = ("qw", "qx", "qy", "qz")
 PREDICTED_STD = ("u_x_mm", "u_y_mm", "u_z_mm")
 """Standard uncertainty of a predicted position; of measured rows the instrument states it."""
+_ONE_POSE = 0.05
+"""Repeats of one pose do not differ by more [rad or m]"""
 _SINGLE = (
     "distance_mm",
     "pose",
@@ -176,6 +178,14 @@ def _pose_numbers(table: Table, joints: Float[Array, "row joint"]) -> Array:
         raise BadInput(
             f"{table.file} line {table.lines[row]}", "column 'pose' must be a whole number"
         )
+    if len(numbers) > 1 and (numbers == numbers[0]).all():
+        known = joints[np.isfinite(joints).all(axis=1)]
+        if len(known) and np.ptp(known, axis=0).max() > _ONE_POSE:
+            raise BadInput(
+                table.file,
+                f"column 'pose' is {numbers[0]:g} in every row, but the joints differ: only "
+                "repeats of one pose share a number",
+            )
     return numbers.astype(int)
 
 

@@ -1,5 +1,6 @@
 """Result files, written whole or not at all."""
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -41,8 +42,8 @@ def write_together(texts: Mapping[Path, str]) -> None:
 
 
 def part_of(place: Path) -> Path:
-    """Where a file's content stands until all of it is there."""
-    return place.with_name(place.name + ".part")
+    """Where a file's content stands until all of it is there: each program's own place."""
+    return place.with_name(f"{place.name}.{os.getpid()}.part")
 
 
 def place_of(path: Path) -> Path:
@@ -56,7 +57,7 @@ def place_of(path: Path) -> Path:
         If a folder or anything else that is no plain file is there.
     """
     try:
-        if not path.name or path.is_dir() or part_of(path).is_dir():
+        if not path.name or path.is_dir():
             raise BadInput(str(path), "cannot be written: a folder is in its place")
         if (path.exists() or path.is_symlink()) and not path.is_file():
             raise BadInput(str(path), "cannot be written: what is in its place is no plain file")

@@ -112,15 +112,17 @@ def choices_of(fixed: list[str], free: list[str], priors: list[str]) -> Choices:
     Raises
     ------
     BadInput
-        If a prior is no `NAME_UNIT=NUMBER`.
+        If a prior is no `NAME_UNIT=NUMBER`, or two are of one parameter.
     """
-    prior_std = {}
+    prior_std: dict[str, float] = {}
     for text in priors:
         key, _, value = text.partition("=")
         try:
             name, std = own_prior(key, float(value))
         except ValueError as error:
             raise BadInput(f"prior '{text}'", f"must look like a_2_mm=0.2: {error}") from None
+        if name in prior_std:
+            raise BadInput(f"prior '{text}'", f"is the second one of {name}; give one")
         prior_std[name] = std
     return Choices(frozenset(fixed), frozenset(free), prior_std)
 

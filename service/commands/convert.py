@@ -1,6 +1,7 @@
 """`robocal convert`: files of other programs into robot.yaml or a bundle."""
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -62,6 +63,9 @@ def convert(
         if sigma_mm is None:
             reason = "is missing: no file says how good the instrument is"
             raise BadInput("option --sigma-mm", reason)
+        for option, value in (("mm", sigma_mm), ("ppm", sigma_ppm), ("mrad", sigma_mrad)):
+            if value is not None and not math.isfinite(value):
+                raise BadInput(f"option --sigma-{option}", f"must be a number, not {value}")
         noise = DeclaredNoise(sigma_mm, sigma_ppm, sigma_mrad)
         options = MeasurementOptions(units, euler, names, joints)
         files = {"": file} if check is None else {"fit": file, "check": check}

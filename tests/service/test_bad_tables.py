@@ -42,6 +42,10 @@ TABLE = {
         cell(7, 3, "12,5".replace(",", ";")),
         "measurements.csv line 7: column 'j4_deg'.*12;5",
     ),
+    "one number for all poses": (
+        column("pose", lambda _: "3"),
+        "measurements.csv: column 'pose' is 3 in every row, but the joints differ",
+    ),
     "letters in a number": (cell(49, 8, "abc"), "measurements.csv line 49: column 'z_mm'.*abc"),
     "underscore in a number": (
         cell(9, 6, "1_000.5"),

@@ -133,6 +133,15 @@ def test_every_marker_of_a_figaroh_file_becomes_a_target(tmp_path, call):
     np.testing.assert_allclose(rows.position[5:], PLACES / 1e3 + 2)
 
 
+def test_an_infinite_noise_is_refused_before_anything_is_written(tmp_path, call):
+    path, out = figaroh(tmp_path, 1), tmp_path / "bundle"
+    command = ("convert", path, "--format", "figaroh", "--out", out, "--robot", "ur5e")
+    status, _, complaint = call(*command, "--sigma-mm", "inf")
+    assert status == 2
+    assert "option --sigma-mm: must be a number, not inf" in complaint
+    assert not out.exists()
+
+
 def test_a_figaroh_file_with_other_joints_than_the_robots_is_refused(tmp_path):
     with pytest.raises(BadInput, match=r"line 1.*names 5 joints.*'ur5e' has 6"):
         read_figaroh(figaroh(tmp_path, 1, joints=5), load_robot("ur5e"), MeasurementOptions())

@@ -89,6 +89,11 @@ def test_a_prior_must_be_a_positive_number(value):
         choices_of([], [], [f"a_2_mm={value}"])
 
 
+def test_two_priors_of_one_parameter_are_refused():
+    with pytest.raises(BadInput, match="is the second one of a_2"):
+        choices_of([], [], ["a_2_mm=1", "a_2_mm=2"])
+
+
 @pytest.mark.parametrize("prior", ["theta_2_mm=1", "d_2_deg=1", "tool_yaw_mm=1", "base_x_deg=1"])
 def test_a_prior_in_a_unit_that_its_parameter_has_not_is_refused(prior):
     with pytest.raises(BadInput, match="so it must end in _"):

@@ -84,3 +84,15 @@ def test_scripts_styles_and_templates_name_no_other_host():
 def test_scripts_are_short_enough_to_hold_one_idea():
     for script in STATIC.glob("*.js"):
         assert len(script.read_text(encoding="utf-8").splitlines()) < 250, script.name
+
+
+def test_no_form_can_be_sent_before_its_code_is_there():
+    forms = [
+        form
+        for file in STATIC.with_name("templates").glob("*.html")
+        for form in re.findall(r"<form.*?</form>", file.read_text(encoding="utf-8"), re.DOTALL)
+    ]
+    scripted = [form for form in forms if "method=" not in form.partition(">")[0]]
+    assert len(scripted) >= 8
+    for form in scripted:
+        assert re.findall(r'type="submit"(.{20})', form) == [" disabled data-waits"]

@@ -3,6 +3,7 @@
 import { post } from "./api.js";
 import { confirmed } from "./confirm.js";
 import { enhance } from "./form.js";
+import { ready } from "./ready.js";
 import { say } from "./words.js";
 
 const made = document.getElementById("made");
@@ -49,4 +50,4 @@ enhance(document.getElementById("new-user"), (user) => giveLink(user.name));
 enhance(document.getElementById("new-key"), (key) => {
   show(say("key_made", { name: key.name, key: key.key }), "good");
 });
-document.documentElement.dataset.ready = "yes";
+ready();

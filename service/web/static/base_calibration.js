@@ -2,6 +2,7 @@
 
 import { get, newKey, post } from "./api.js";
 import { confirmed } from "./confirm.js";
+import { ready } from "./ready.js";
 import { drawStage } from "./stage_picture.js";
 import { showAssessment, table } from "./stage_result.js";
 import { say } from "./words.js";
@@ -218,4 +219,4 @@ place("release").addEventListener("click", async () => {
 });
 
 await act(() => null);
-document.documentElement.dataset.ready = "yes";
+ready();

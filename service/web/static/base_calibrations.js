@@ -2,6 +2,7 @@
 
 import { post } from "./api.js";
 import { tell } from "./form.js";
+import { ready } from "./ready.js";
 
 const form = document.getElementById("new-base-calibration");
 
@@ -30,4 +31,4 @@ form.addEventListener("submit", async (event) => {
     tell(form, refusal.message, "bad");
   }
 });
-document.documentElement.dataset.ready = "yes";
+ready();

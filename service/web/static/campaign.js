@@ -10,6 +10,7 @@ import { refresh } from "./parts.js";
 import { loadPlotly } from "./plot.js";
 import { ENDED, showProgress } from "./progress.js";
 import { ReadingsPlot } from "./readings_plot.js";
+import { ready } from "./ready.js";
 import { drawIntervals, mapResiduals, mapUncertainty } from "./result_maps.js";
 import { say } from "./words.js";
 
@@ -123,7 +124,7 @@ async function withPlotly(place, use) {
 
 if (cell) watchCells(cell);
 follow();
-document.documentElement.dataset.ready = "yes";
+ready();
 await withPlotly(document.getElementById("readings-plot"), (plotly) => {
   plot.use(plotly);
   live?.use(plotly);

@@ -4,6 +4,7 @@ import { get, post } from "./api.js";
 import { colour } from "./colours.js";
 import { confirmed } from "./confirm.js";
 import { axis, drawAlways, loadPlotly } from "./plot.js";
+import { ready } from "./ready.js";
 import { say } from "./words.js";
 
 const page = document.getElementById("cell-page");
@@ -83,5 +84,5 @@ function trend(checks) {
   };
 }
 
-document.documentElement.dataset.ready = "yes";
+ready();
 await showHealth();

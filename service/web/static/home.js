@@ -5,6 +5,7 @@ import { enhance, tell } from "./form.js";
 import { checkFields } from "./form_check.js";
 import { guide } from "./new_campaign.js";
 import { keepFresh, refresh } from "./parts.js";
+import { ready } from "./ready.js";
 import { say } from "./words.js";
 
 const REFRESH_S = 2;
@@ -45,4 +46,4 @@ cells.addEventListener("refreshed", () => {
 });
 keepFresh(cells, REFRESH_S);
 keepFresh(campaigns, REFRESH_S);
-document.documentElement.dataset.ready = "yes";
+ready();

@@ -2,6 +2,7 @@
 
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -24,6 +25,9 @@ def serving(settings: Settings) -> Iterator[httpx.Client]:
     with socket.create_server(("127.0.0.1", 0)) as listening:
         thread = threading.Thread(target=server.run, args=([listening],))
         thread.start()
+        # A test that locks the database must not meet the start.
+        while thread.is_alive() and not server.started:
+            time.sleep(0.005)
         port = listening.getsockname()[1]
         base_url = f"http://127.0.0.1:{port}/api/v1/"
         with httpx.Client(base_url=base_url, headers=BEARER, timeout=PATIENCE_S) as opened:

@@ -1,8 +1,8 @@
 """Result files, written whole or not at all."""
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
+from threading import get_native_id
 
 from robocal.errors import BadInput
 
@@ -42,8 +42,8 @@ def write_together(texts: Mapping[Path, str]) -> None:
 
 
 def part_of(place: Path) -> Path:
-    """Where a file's content stands until all of it is there: each program's own place."""
-    return place.with_name(f"{place.name}.{os.getpid()}.part")
+    """Where a file's content stands until all of it is there: each writer has its own place."""
+    return place.with_name(f"{place.name}.{get_native_id()}.part")
 
 
 def place_of(path: Path) -> Path:

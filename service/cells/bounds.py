@@ -5,33 +5,34 @@ from dataclasses import replace
 
 import numpy as np
 
+from robocal.errors import BadInput
 from robocal.formats.measurements_csv import joint_columns
 from robocal.instrument import InstrumentNoise
 from robocal.planning.cell import Box, Cell, Station
 from robocal.robots.robot import Robot
 from service.cells.models import CellSettings, Limits, StationSettings
 from service.cells.models import Point as PointMm
-from service.errors import Unusable
 
 _MM = 1e-3
 
 
 def narrowed(robot: Robot, limits: Limits) -> Robot:
-    """Return the robot with the joint limits of its cell; raises `Unusable`, naming the joint."""
+    """Return the robot with the joint limits of its cell; raises `BadInput`, naming the joint."""
     columns = joint_columns(robot)
     bounds = robot.limits.copy()
     for column, (low, high) in limits.joints.items():
         if column not in columns:
-            raise Unusable(
-                f"body limits.joints: robot '{robot.name}' has no joint '{column}'; "
-                f"it has {', '.join(columns)}."
+            raise BadInput(
+                "body limits.joints",
+                f"robot '{robot.name}' has no joint '{column}'; it has {', '.join(columns)}.",
             )
         joint = columns.index(column)
         least, most = robot.limits[joint] / robot.joint_scale[joint]
         if not least <= low < high <= most:
-            raise Unusable(
-                f"body limits.joints.{column}: {low:g} to {high:g} must rise and lie within the "
-                f"robot's own {least:g} to {most:g}."
+            raise BadInput(
+                f"body limits.joints.{column}",
+                f"{low:g} to {high:g} must rise and lie within the robot's own {least:g} to "
+                f"{most:g}.",
             )
         bounds[joint] = np.array([low, high]) * robot.joint_scale[joint]
     return replace(robot, limits=bounds)

@@ -6,6 +6,7 @@ from sqlalchemy.orm import Session
 from drivers.registry import ROBOTS as ROBOT_DRIVERS
 from drivers.registry import STAGE_SENSORS, TEMPERATURE_PROBES
 from drivers.registry import TRACKERS as TRACKER_DRIVERS
+from robocal.errors import BadInput
 from robocal.robots.library import ROBOTS, load_robot
 from service.cells.bounds import narrowed
 from service.cells.models import Cell, CellChange, Cells, CellSettings, NewCell
@@ -132,7 +133,10 @@ def _refuse_unknown(wanted: CellSettings) -> None:
         _one_of("temperature_probe.driver", driver, list(TEMPERATURE_PROBES))
     for number, sensor in enumerate(wanted.stage_sensors):
         _one_of(f"stage_sensors.{number}.driver", sensor.driver, list(STAGE_SENSORS))
-    narrowed(load_robot(wanted.robot.model), wanted.limits)
+    try:
+        narrowed(load_robot(wanted.robot.model), wanted.limits)
+    except BadInput as error:
+        raise Unusable(str(error)) from None
 
 
 def _one_of(field: str, value: str, known: list[str]) -> None:

@@ -183,7 +183,12 @@ class Site:
         return self.campaign(number)
 
     def await_done(self, number: int, done: int, within_s: float = PATIENCE_S) -> None:
-        wait_until(lambda: self.campaign(number)["done"] >= done, within_s)
+        def enough() -> bool:
+            shown = self.campaign(number)
+            assert shown["state"] != "paused", shown["reason"]
+            return shown["done"] >= done
+
+        wait_until(enough, within_s)
 
     def rows(self, query: str) -> list[tuple]:
         """Look into the database past the service."""

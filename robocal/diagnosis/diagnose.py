@@ -23,6 +23,7 @@ from robocal.diagnosis.diagnosis import (
     Verdict,
 )
 from robocal.diagnosis.effect import Instance
+from robocal.diagnosis.exchange import exchange_effects
 from robocal.diagnosis.gain import gain_of
 from robocal.diagnosis.joint_fit import JointFit, fit_jointly
 from robocal.diagnosis.judged_effects import judge_effects
@@ -137,7 +138,8 @@ def _without(left_out: set[Instance], solution: Solution, steps: Steps) -> Steps
     found = steps.found
     kept = tuple(f.instance for f in found.effects if f.instance not in left_out)
     again = fit_jointly(solution.problem, found.cell, steps.rows, kept, found.effects)
-    return replace(steps, found=again)
+    # What is left may have stood for a part of what is gone.
+    return replace(steps, found=exchange_effects(solution.problem, steps.rows, again))
 
 
 def _judged(targets: Targets, steps: Steps) -> Bool[Array, "row"]:

@@ -113,11 +113,12 @@ class JointFit:
         positions
             Of the effects.
         """
-        extra = self.columns_without(*positions)[len(fit.free) :]
+        kept = self.columns_without(*positions)
+        extra = kept[len(fit.free) :]
         values = np.concatenate([fitted.values for fitted in self.effects])
         rest = replace(fit, more=fit.more[:, extra], more_precision=fit.more_precision[extra])
         r = fit.r + fit.more[:, ~extra] @ values[~extra]
-        return replace(rest, r=r - rest.basis @ (rest.basis.T @ r))
+        return replace(rest, r=rest.refitted(r, self.pull[kept]))
 
     @cached_property
     def judged(self) -> Linearised:

@@ -75,15 +75,34 @@ class Linearised:
         return np.concatenate([self.prior_precision, self.more_precision])
 
     @cached_property
-    def basis(self) -> Float[Array, "scalar column"]:
-        """The data part of an orthonormal basis of columns and prior rows."""
+    def _to_basis(self) -> Float[Array, "column direction"]:
+        """What makes an orthonormal basis of columns with their prior rows."""
         length = np.sqrt((self.known**2).sum(axis=0) + self.precision)
         length[length == 0.0] = 1.0
         scaled = self.known / length
         gram = scaled.T @ scaled + np.diag(self.precision / length**2)
         values, vectors = np.linalg.eigh(gram)
         kept = values > 1e-12 * values[-1]
-        return np.asarray(scaled @ (vectors[:, kept] / np.sqrt(values[kept])))
+        return np.asarray(vectors[:, kept] / np.sqrt(values[kept]) / length[:, None])
+
+    @cached_property
+    def basis(self) -> Float[Array, "scalar direction"]:
+        """The data part of that basis."""
+        return np.asarray(self.known @ self._to_basis)
+
+    def refitted(
+        self, r: Float[Array, "scalar"], pull: Float[Array, "column"]
+    ) -> Float[Array, "scalar"]:
+        """A residual after the refit of everything in the model, to first order.
+
+        Parameters
+        ----------
+        r
+            Before.
+        pull
+            Of the priors, where the residual was taken: precision times distance from their means.
+        """
+        return np.asarray(r - self.basis @ (self.basis.T @ r - self._to_basis.T @ pull))
 
     def in_units_of(self, scale: float) -> "Linearised":
         """The same with the noise `scale` times the declared one."""

@@ -11,7 +11,7 @@ from robocal.diagnosis.effects.gear_harmonic import GearHarmonic
 from robocal.diagnosis.evidence import log_bayes_factor
 from robocal.diagnosis.group import Group
 from robocal.diagnosis.linearised import Linearised
-from robocal.diagnosis.order_sweep import score_orders
+from robocal.diagnosis.order_sweep import LOWEST_ORDER, score_orders
 
 _SEARCHED = 3
 """A group of harmonics with so many candidates is a grid of orders; [1]"""
@@ -26,7 +26,7 @@ def refine(rows: Circumstances, fit: Linearised, group: Group, best: int) -> Ins
     first, second = (group.candidate(position).argument("order") for position in (0, 1))
     width = second - first
     fine = instance.argument("order") + np.linspace(-width, width, 41)
-    fine = fine[fine > 0.25 * first]
+    fine = fine[fine >= min(LOWEST_ORDER, first)]
     M, b = score_orders(rows, fit, instance.joint, fine)
     evidence = log_bayes_factor(M, b, instance.prior_std[None])
     return effect.at(instance.joint, _plain(float(fine[int(np.argmax(evidence))]), fine, evidence))

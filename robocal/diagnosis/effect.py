@@ -42,6 +42,8 @@ class Instance:
     joint: int | None
     arguments: tuple[tuple[str, float], ...]
     coefficients: tuple[Coefficient, ...]
+    share: float = field(default=1.0, compare=False)
+    """Prior weight of its joint among those of the effect; [1]"""
 
     def argument(self, name: str) -> float:
         """One of the arguments."""

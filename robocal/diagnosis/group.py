@@ -29,6 +29,8 @@ class Group:
     """Log of each candidate's share of the effect's prior."""
     M: Float[Array, "candidate k k"]
     b: Float[Array, "candidate residual k"]
+    share: float = 1.0
+    """Prior weight of the joint among those of the effect; [1]"""
 
     @property
     def log_bf(self) -> Float[Array, "candidate residual"]:

@@ -22,3 +22,17 @@ def compliance_of(angle: float, load: Float[Array, "*_ row"]) -> float:
     """
     size = np.sqrt(np.square(np.atleast_2d(load)).sum(axis=0))
     return angle / float(size.max())
+
+
+def weight_of(load: Float[Array, "row"]) -> float:
+    """Prior weight of a loaded joint among the others.
+
+    The joints that carry much are the likelier to yield noticeably, yet their gears are larger too:
+    half way between all alike and in proportion to the load.
+
+    Parameters
+    ----------
+    load
+        Torque row by row [Nm].
+    """
+    return float(np.sqrt(np.abs(load).max()))

@@ -71,16 +71,20 @@ def _listed(
                 np.full(len(here), np.log(share / len(here))),
                 np.stack([M[parts[k], parts[k]] for k in here]),
                 np.stack([b[:, parts[k]] for k in here]),
+                instances[here[0]].share,
             )
 
 
 def _shared_over_joints(groups: list[Group]) -> list[Group]:
-    """Spread each effect's prior of one over its joints."""
-    joints: dict[str, set[int | None]] = {}
+    """Spread each effect's prior of one over its joints, by their weights."""
+    weights: dict[str, dict[int | None, float]] = {}
     for group in groups:
-        joints.setdefault(group.effect, set()).add(group.joint)
+        weights.setdefault(group.effect, {})[group.joint] = group.share
     return [
-        replace(group, log_prior=group.log_prior - np.log(len(joints[group.effect])))
+        replace(
+            group,
+            log_prior=group.log_prior + np.log(group.share / sum(weights[group.effect].values())),
+        )
         for group in groups
     ]
 

@@ -14,7 +14,7 @@ from robocal.diagnosis.effect import (
     revolute_joints,
     theta,
 )
-from robocal.diagnosis.load_size import compliance_of
+from robocal.diagnosis.load_size import compliance_of, weight_of
 from robocal.diagnosis.unknown_masses import (
     point_of,
     torques_of_unit_masses,
@@ -43,7 +43,7 @@ class JointCompliance:
     def instances(self, rows: Circumstances) -> list[Instance]:
         """Every place where it could act."""
         found = [
-            Instance(self.name, joint, (), self._coefficients(rows, joint))
+            Instance(self.name, joint, (), self._coefficients(rows, joint), _weight(rows, joint))
             for joint in revolute_joints(rows)
         ]
         return [instance for instance in found if instance.coefficients]
@@ -67,3 +67,8 @@ class JointCompliance:
         torque = rows.torque[instance.joint - 1]
         patterns = [loads[point] if point else torque for point in points]
         return {theta(instance.joint, rows): np.stack(patterns, axis=1)}
+
+
+def _weight(rows: Circumstances, joint: int) -> float:
+    """Prior weight of a joint; all alike where the masses are unknown."""
+    return 1.0 if rows.robot.masses is None else weight_of(rows.torque[joint - 1])

@@ -14,7 +14,7 @@ from robocal.diagnosis.effect import (
     revolute_joints,
     theta,
 )
-from robocal.diagnosis.load_size import compliance_of
+from robocal.diagnosis.load_size import compliance_of, weight_of
 
 YIELD = 1e-3
 """Under the joint's largest torque by the payload [rad]"""
@@ -43,7 +43,13 @@ class PayloadCompliance:
         ]
         name = "compliance_rad_per_nm"
         return [
-            Instance(self.name, joint, (), (Coefficient(name, compliance_of(YIELD, torque)),))
+            Instance(
+                self.name,
+                joint,
+                (),
+                (Coefficient(name, compliance_of(YIELD, torque)),),
+                weight_of(torque),
+            )
             for joint, torque in loaded
         ]
 

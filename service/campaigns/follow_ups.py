@@ -79,4 +79,5 @@ def asked_poses(session: Session, campaign: int) -> FollowUpPoses:
 
 def append_poses(session: Session, row: CampaignRow, asked: FollowUpPoses) -> None:
     """Add one round to the plan."""
-    row.pose_count = add_poses(session, row, asked.joints, [PURPOSE] * len(asked.joints))
+    sides = [[round(side) for side in pose] for pose in asked.approach]
+    row.pose_count = add_poses(session, row, asked.joints, [PURPOSE] * len(asked.joints), sides)

@@ -11,14 +11,23 @@ from service.db.models import CampaignRow, PoseRow
 
 
 def add_poses(
-    session: Session, row: CampaignRow, joints: Sequence[list[float]], purposes: Sequence[str]
+    session: Session,
+    row: CampaignRow,
+    joints: Sequence[list[float]],
+    purposes: Sequence[str],
+    sides: Sequence[list[int] | None] | None = None,
 ) -> int:
-    """Write poses behind those that the plan has already, in this order; how many it has now."""
+    """Write poses behind those that the plan has already, in this order; how many it has now.
+
+    `sides` are the directions in which joints are asked to come; None leaves them to the campaign.
+    """
     last = session.scalar(select(func.max(PoseRow.idx)).where(PoseRow.campaign == row.id))
     first = 0 if last is None else last + 1
     session.add_all(
-        PoseRow(campaign=row.id, idx=idx, commanded=q, purpose=purpose)
-        for idx, (q, purpose) in enumerate(zip(joints, purposes, strict=True), start=first)
+        PoseRow(campaign=row.id, idx=idx, commanded=q, purpose=purpose, sides=asked)
+        for idx, (q, purpose, asked) in enumerate(
+            zip(joints, purposes, sides or [None] * len(joints), strict=True), start=first
+        )
     )
     session.flush()
     return first + len(joints)

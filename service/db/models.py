@@ -156,6 +156,8 @@ class PoseRow(Base):
     commanded: Mapped[list[float]]
     approach: Mapped[list[int] | None] = mapped_column(JSON)
     """Direction in which each joint last moved at the latest attempt; survives a killed worker."""
+    sides: Mapped[list[int] | None] = mapped_column(JSON)
+    """Direction in which each joint is asked to come, 0 for none; None leaves all to the seed."""
     purpose: Mapped[str]
     reason: Mapped[str] = mapped_column(default="")
     """Why it was skipped."""

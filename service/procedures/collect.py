@@ -31,7 +31,7 @@ from service.procedures.devices import Devices, connected
 from service.procedures.job import Held, Job
 from service.procedures.plan import ensure_plan
 from service.procedures.references import FixedNests
-from service.procedures.sides import Sides, approach_offset, balanced_sides
+from service.procedures.sides import Sides, approach_offset, as_asked, balanced_sides
 from service.procedures.visit import (
     ARRIVED_WITHIN,
     Pace,
@@ -99,8 +99,9 @@ def _setup(job: Job) -> Setup:
         ).all()
         robot = narrowed(load_robot(cell.robot.model), cell.limits)
         verifies = row.kind == CampaignKind.verify
+        balanced = balanced_sides(len(poses), robot.n_joints, row.seed)
         sides = Sides(
-            signs=balanced_sides(len(poses), robot.n_joints, row.seed),
+            signs=as_asked(balanced, [pose.sides for pose in poses]),
             offset=approach_offset(robot, row.approach_turn, row.approach_slide),
             limits=robot.limits,
             poses_alike=2 if verifies else 1,

@@ -3,9 +3,10 @@
 A joint that always comes from one side hides its backlash in the geometry. So every joint comes
 from below into half of the poses and from above into the other half, drawn by the campaign's seed,
 and for a calibration the sides change with every repeat. A verification keeps its sides: ISO 9283
-asks for one approach to each pose.
+asks for one approach to each pose. A follow-up comes from the sides that its diagnosis asks for.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +55,17 @@ def balanced_sides(n_poses: int, n_joints: int, seed: int) -> Int[Array, "pose j
     column = np.where(np.arange(n_poses) % 2, 1, -1)
     rng = np.random.default_rng(seed)
     return np.stack([rng.permutation(column) for _ in range(n_joints)], axis=1)
+
+
+def as_asked(
+    signs: Int[Array, "pose joint"], asked: Sequence[list[int] | None]
+) -> Int[Array, "pose joint"]:
+    """Signs with those that are asked for in their place; 0 or None asks for none."""
+    signs = signs.copy()
+    for own, wanted in zip(signs, asked, strict=True):
+        if wanted is not None:
+            own[:] = np.where(wanted, wanted, own)
+    return signs
 
 
 def approach_offset(robot: Robot, turn: float, slide: float) -> Float[Array, "joint"]:

@@ -122,6 +122,20 @@ def test_a_follow_up_goes_round_by_round_and_is_pooled_with_what_it_follows(
     assert ("joint_compliance", 2) in causes(found)
 
 
+def test_the_joints_come_from_the_sides_that_the_diagnosis_asks_for(site, calibrated, followed):
+    text = site.get(f"/campaigns/{calibrated}/next_poses").text
+    wanted = list(csv.DictReader(io.StringIO(text)))[:FIRST_ROUND]
+    driven = bundle_rows(site, followed)[POSES : POSES + FIRST_ROUND]
+    sides = [f"approach{joint}" for joint in range(1, 7)]
+    same = [
+        [float(row[s]) == float(pose[s]) for s in sides]
+        for row, pose in zip(driven, wanted, strict=True)
+    ]
+    # Where a side leaves no room, all joints come from the other one.
+    assert all(all(each) or not any(each) for each in same)
+    assert any(all(each) for each in same)
+
+
 def test_the_cell_is_disarmed_when_the_follow_up_is_over(site, followed):
     assert site.get("/cells/c1").json()["armed"] is False
 

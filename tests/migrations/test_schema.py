@@ -23,7 +23,8 @@ INSERT INTO campaign (id, cell, kind, state, wish, reason, revision, pose_count,
   VALUES (1, 'c', 'calibrate', 'queued', '', '', 1, 1, 1, 0, 1, '', '[]', 'now');
 INSERT INTO job (id, campaign, cell, kind, state, fence, lease_until, worker, reason, created)
   VALUES (1, 1, 'c', 'collect', 'queued', 0, 0, '', '', 'now');
-INSERT INTO pose VALUES (1, 0, 'measured', 1, '[0]', '[1]', 'calibrate', '');
+INSERT INTO pose (campaign, idx, state, attempt, commanded, approach, purpose, reason)
+  VALUES (1, 0, 'measured', 1, '[0]', '[1]', 'calibrate', '');
 INSERT INTO reading VALUES (1, 1, 0, 0, 2, 1, 1, '[0]', '[0]', '[0,0,0]', NULL, 0, 1, NULL, '[1]',
   0.3, 0.5, 1, 1, 0, 1, 1, 1, 1, 'now', NULL);
 """

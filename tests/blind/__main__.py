@@ -1,7 +1,8 @@
 """Hide an effect, ask for it, count: `python -m tests.blind --trials 100 --kind one --kind clean`.
 
 Seeds are fresh in every run and printed; with `--seed` a run is repeated. `--keep FOLDER` keeps
-bundles, diagnoses and truths for a look.
+bundles, diagnoses and truths for a look. The kind `cell` goes through the service and is run only
+when it is asked for.
 """
 
 import argparse
@@ -12,12 +13,13 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from tests.blind.cells import cell_rates, run_cells
 from tests.blind.confusion import broken, confusion, worst
 from tests.blind.rates import RATES, Line, ambiguous, is_ambiguous
 from tests.blind.trials import WORKERS, Order, Trial, diagnose_all, make, measure_more, run, workers
 
 FEW_POSES = ("--poses", "60", "--repeats", "9", "--size", "0.5")
-AMBIGUOUS = "ambiguous"
+AMBIGUOUS, CELL = "ambiguous", "cell"
 WITHOUT_CONFUSION = {"clean"}
 
 
@@ -29,6 +31,9 @@ def say(*lines: str) -> None:
 
 def judge(pool: ProcessPoolExecutor, folder: Path, order: Order) -> tuple[list[Line], list[Trial]]:
     """Run the trials of one kind; give its lines of the table and the trials."""
+    if order.kind == CELL:
+        in_cells = run_cells(folder, order)
+        return cell_rates(in_cells), list(in_cells)
     if order.kind != AMBIGUOUS:
         trials = run(pool, folder, order)
         return RATES[order.kind](trials), trials
@@ -58,7 +63,7 @@ def main() -> int:
     """Print the tables; 1 if a diagnosis broke down."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--trials", type=int, default=150, help="of each kind")
-    parser.add_argument("--kind", action="append", choices=(*RATES, AMBIGUOUS))
+    parser.add_argument("--kind", action="append", choices=(*RATES, AMBIGUOUS, CELL))
     parser.add_argument("--seed", type=int, help="repeat the run that printed it")
     parser.add_argument("--orientation", action="store_true", help="full poses (6D)")
     parser.add_argument("--effect", help="hide only this one")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from tests.blind.intervals import Estimate, Rate, mean, rate, strength_at
 from tests.blind.trials import Trial
 from tests.blind.truth import HiddenEffect
+from tests.blind.verdict import Verdict
 
 VISIBLE = 5.5
 """Below this Lambda an effect need not be seen even alone; [1]"""
@@ -50,12 +51,13 @@ class Line:
         return f"{self.title:<66}{shown:>9} {numbers:<26}{wanted:>10}  {self.standing}"
 
 
-def _top_is(trial: Trial, hidden: HiddenEffect) -> bool:
+def top_is(trial: Trial, hidden: HiddenEffect) -> bool:
     """Whether the most important named effect is the hidden one."""
     return bool(trial.verdict.named) and trial.verdict.named[0].cause.is_(hidden)
 
 
-def _top_states(trial: Trial, hidden: HiddenEffect) -> bool:
+def top_states(trial: Trial, hidden: HiddenEffect) -> bool:
+    """Whether the hidden effect is in the stated set of the most important one."""
     named = trial.verdict.named
     return bool(named) and any(cause.is_(hidden) for cause in named[0].stated)
 
@@ -74,8 +76,8 @@ def one(trials: list[Trial]) -> list[Line]:
     """One effect, or in another form than the catalogue's."""
     hidden = [t.truth.main[0] for t in trials]
     found = [(t, h) for t, h in zip(trials, hidden, strict=True) if t.verdict.alarmed]
-    clear = rate([_top_is(t, h) for t, h in found if h.strength >= PLAIN])
-    right, stated = rate([_top_is(*p) for p in found]), rate([_top_states(*p) for p in found])
+    clear = rate([top_is(t, h) for t, h in found if h.strength >= PLAIN])
+    right, stated = rate([top_is(*p) for p in found]), rate([top_states(*p) for p in found])
     after = [t.verdict.after_mm / t.truth.noise_floor_mm for t, _ in found if t.verdict.named]
     extra = [len(t.verdict.named) > 1 for t, _ in found]
     detected = [t.verdict.alarmed for t in trials]
@@ -94,8 +96,8 @@ def one(trials: list[Trial]) -> list[Line]:
 def other_forms(trials: list[Trial]) -> list[Line]:
     """One effect whose form is not the catalogue's."""
     found = [t for t in trials if t.verdict.alarmed]
-    right = rate([_top_is(t, t.truth.main[0]) for t in found])
-    stated = rate([_top_states(t, t.truth.main[0]) for t in found])
+    right = rate([top_is(t, t.truth.main[0]) for t in found])
+    stated = rate([top_states(t, t.truth.main[0]) for t in found])
     left = rate([t.verdict.word == "partly_explained" for t in found])
     return [
         Line("wrong functional form, detected: named right", right, 0.985),
@@ -120,7 +122,7 @@ def background(trials: list[Trial]) -> list[Line]:
     visible = [t for t in trials if t.truth.main[0].strength >= VISIBLE]
     everywhere = rate([t.verdict.states(t.truth.main[0]) for t in trials])
     holds = rate([t.verdict.states(t.truth.main[0]) for t in visible])
-    first = rate([_top_is(t, t.truth.main[0]) for t in visible])
+    first = rate([top_is(t, t.truth.main[0]) for t in visible])
     after = [t.verdict.after_mm / t.truth.noise_floor_mm for t in trials if t.verdict.named]
     return [
         Line("all others at 25 %: a stated 95 % set holds the main cause", everywhere),
@@ -157,21 +159,26 @@ def absent(trials: list[Trial]) -> list[Line]:
     ]
 
 
-def is_ambiguous(trial: Trial) -> bool:
+def is_unsure(verdict: Verdict) -> bool:
     """Whether the leading name is not sure."""
-    return bool(trial.verdict.named) and trial.verdict.named[0].cause.probability <= CONFIDENT
+    return bool(verdict.named) and verdict.named[0].cause.probability <= CONFIDENT
+
+
+def is_ambiguous(trial: Trial) -> bool:
+    """Whether the leading name of a trial is not sure."""
+    return is_unsure(trial.verdict)
 
 
 def is_settled(trial: Trial) -> bool:
     """Whether the leading name is sure and right."""
-    return _top_is(trial, trial.truth.main[0]) and not is_ambiguous(trial)
+    return top_is(trial, trial.truth.main[0]) and not is_ambiguous(trial)
 
 
 def ambiguous(before: list[Trial], after: list[Trial]) -> list[Line]:
     """Few poses, half the size; then the poses that the diagnosis asked for."""
     unsure = [t for t in before if is_ambiguous(t)]
     settled = Rate(sum(is_settled(t) for t in after), len(unsure))
-    right = [_top_is(t, t.truth.main[0]) for t in after]
+    right = [top_is(t, t.truth.main[0]) for t in after]
     return [
         Line("ambiguous cases (60 poses, half size)", Rate(len(unsure), len(before))),
         Line("ambiguous cases settled by 20 chosen poses", settled, 0.40),

@@ -102,7 +102,11 @@ def read_verdict(result: Path) -> Verdict:
     path = result / "diagnosis.json"
     if not path.exists():
         return BROKEN if (result / BROKEN_DOWN).exists() else REFUSED
-    document = json.loads(path.read_text())
+    return verdict_of(json.loads(path.read_text()))
+
+
+def verdict_of(document: dict[str, Any]) -> Verdict:
+    """Read diagnosis.json."""
     depends = sorted(document["depends_on"], key=lambda entry: entry["p_value"])
     return Verdict(
         word=document["verdict"],

@@ -37,7 +37,7 @@ class NamedEffect:
     gain: Gain
     """On rows that chose nothing, this effect alone taken out of the final model."""
     blocked_gain: Gain
-    """By blocked folds of the rows that chose it."""
+    """By blocked folds of the rows that chose it; of residuals over the noise."""
     form_corrections: tuple[FittedEffect, ...] = ()
     """Small effects that resemble it: they mend its form and are no causes of their own."""
 

@@ -59,7 +59,7 @@ def _effect(named: NamedEffect) -> dict[str, object]:
         ],
         "outside_the_catalogue": _outside(named),
         "gain": _gain(named.gain),
-        "blocked_gain": _gain(named.blocked_gain),
+        "blocked_gain": _reduction(named.blocked_gain),
         "in_sample_only": named.in_sample_only,
         "form_corrections": [_correction(fitted) for fitted in named.form_corrections],
     }
@@ -113,9 +113,13 @@ def _gain(gain: Gain) -> dict[str, object]:
     return {
         "held_out_rms_before_mm": gain.before * 1e3,
         "held_out_rms_after_mm": gain.after * 1e3,
-        "reduction": gain.reduction,
-        "ci95": list(gain.ci95),
+        **_reduction(gain),
     }
+
+
+def _reduction(gain: Gain) -> dict[str, object]:
+    """Of residuals over the noise, which have no unit."""
+    return {"reduction": gain.reduction, "ci95": list(gain.ci95)}
 
 
 def _faults(diagnosis: Diagnosis) -> list[dict[str, object]]:

@@ -167,6 +167,7 @@ def test_the_document_has_the_shape_of_the_contract(diagnosed):
     for entry in document["effects"]:
         assert entry.keys() >= EFFECT_FIELDS
         assert entry["gain"].keys() >= GAIN_FIELDS
+        assert entry["blocked_gain"].keys() == {"reduction", "ci95"}
         assert 0.0 <= entry["probability"] <= 1.0
         assert all(value.keys() >= {"value", "std"} for value in entry["parameters"].values())
 

@@ -64,6 +64,26 @@ class ChildProcess:
         answer: dict[str, Any] = json.loads(line)
         return answer
 
+    def order(self, order: Mapping[str, object]) -> dict[str, Any]:
+        """Write one line of JSON to its standard input and return the line that it answers.
+
+        Raises
+        ------
+        StartFailed
+            If the program has ended or stays silent instead.
+        """
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(json.dumps(order) + "\n")
+            self._process.stdin.flush()
+            line = self._lines.get(timeout=END_S)
+        except (OSError, queue.Empty):
+            line = ""
+        if not line:
+            raise StartFailed(f"{self._name} does not answer any more")
+        answer: dict[str, Any] = json.loads(line)
+        return answer
+
     def wait(self) -> int:
         """Wait until it ends by itself."""
         return self._process.wait()

@@ -139,8 +139,8 @@ def _calibrate(service: Service, cell: CellAddresses, poses: int) -> None:
     service.post(
         "/cells",
         name="demo",
-        robot={"model": ROBOT, "driver": cell.robot_driver, "address": cell.robot_address},
-        tracker={"driver": cell.tracker_driver, "address": cell.tracker_address},
+        robot={"model": ROBOT, "driver": cell.robot.driver, "address": cell.robot.address},
+        tracker={"driver": cell.tracker.driver, "address": cell.tracker.address},
     )
     campaign = _drive(service, "calibrate", poses, "calibration")
     result = _result(service, f"/campaigns/{campaign}/identification")

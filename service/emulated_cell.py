@@ -16,26 +16,56 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
 
+from robocal.errors import BadInput
 from robocal.robots.library import robot_path
 from service.child_process import ChildProcess
+from service.emulated_faults import Wire
 
 NEST, NEST_MM = "r1", (1500.0, -900.0, 200.0)
 """A reference nest beside the robot, in the tracker's frame."""
 _UR_PORTS = (30004, 29999, 30003)
 
 
+ROBOTS, TRACKERS, PROBES = (
+    ("ur_rtde", "modbus", "mock"),
+    ("geocom", "ndi", "relay", "mock"),
+    ("modbus_temperature", "mock"),
+)
+"""Drivers that an emulated cell can be reached through, the usual one first."""
+_SERIAL = {
+    "geocom": "geocom_station",
+    "ndi": "ndi_camera",
+    "relay": "relay_host",
+    "modbus_temperature": "temperature_transmitter",
+}
+"""Emulators of the drivers on serial lines."""
+
+
+@dataclass(frozen=True)
+class Wires:
+    """Drivers to reach the cell through; empty: the usual one."""
+
+    robot: str = ""
+    tracker: str = ""
+    probe: str = ""
+
+
 @dataclass(frozen=True)
 class CellAddresses:
     """Drivers and addresses as a cell's settings name them."""
 
-    robot_driver: str
-    robot_address: str
-    tracker_driver: str
-    tracker_address: str
-    world_address: str
-    """For the mock drivers: the temperature probe has no wire here."""
+    robot: Wire
+    tracker: Wire
+    probe: Wire
+    world: str
+    """Of the emulated world, host:port."""
     note: str
     """What is not as on a Linux machine with the UR client, empty otherwise."""
+
+    @property
+    def wires(self) -> dict[str, Wire]:
+        """By the part of the cell."""
+        return {"robot": self.robot, "tracker": self.tracker, "probe": self.probe}
 
 
 class EmulatedCell:
@@ -51,6 +81,8 @@ class EmulatedCell:
         Of the true geometry, the frames and the noise.
     effects
         Hidden in the cell, as the emulated world takes them.
+    wires
+        Drivers to reach it through.
     """
 
     def __init__(
@@ -59,8 +91,10 @@ class EmulatedCell:
         time_scale: float,
         seed: int,
         effects: Sequence[Mapping[str, object]] = (),
+        wires: Wires | None = None,
     ) -> None:
         self._robot = robot
+        self._wires = wires or Wires()
         self._config = {
             "robot": str(robot_path(robot)),
             "seed": seed,
@@ -73,11 +107,11 @@ class EmulatedCell:
 
     def __enter__(self) -> CellAddresses:
         with ExitStack() as stack:
-            folder = Path(stack.enter_context(TemporaryDirectory()))
+            folder = Path(stack.enter_context(TemporaryDirectory(prefix="robocal-")))
             config = folder / "world.json"
             config.write_text(json.dumps(self._config), encoding="utf-8")
-            world = f"127.0.0.1:{start_emulator(stack, 'world', '--config', str(config))}"
-            addresses = self._wires(stack, world)
+            _, port = start_emulator(stack, "world", "--config", str(config))
+            addresses = self._connected(stack, f"127.0.0.1:{port}", folder)
             self._stack = stack.pop_all()
         return addresses
 
@@ -89,35 +123,61 @@ class EmulatedCell:
     ) -> None:
         self._stack.close()
 
-    def _wires(self, stack: ExitStack, world: str) -> CellAddresses:
-        driver, controller, missing = emulated_controller(stack, self._robot, world)
-        if missing:
-            return CellAddresses("mock", world, "mock", world, world, missing)
-        tracker = str(start_emulator(stack, "geocom_station", "--world", world))
-        return CellAddresses(driver, controller, "geocom", tracker, world, "")
+    def _connected(self, stack: ExitStack, world: str, folder: Path) -> CellAddresses:
+        robot, note = emulated_controller(stack, self._robot, world, self._wires.robot)
+        usual = "mock" if note else ""
+        tracker = self._wires.tracker or usual or TRACKERS[0]
+        probe = self._wires.probe or usual or PROBES[0]
+        return CellAddresses(
+            robot,
+            _serial_wire(stack, "tracker", tracker, world, folder),
+            _serial_wire(stack, "probe", probe, world, folder),
+            world,
+            note,
+        )
 
 
-def start_emulator(stack: ExitStack, emulator: str, *arguments: str) -> object:
-    """Start one emulator and return the port that it names."""
+def start_emulator(stack: ExitStack, emulator: str, *arguments: str) -> tuple[ChildProcess, object]:
+    """Start one emulator; it, and the port that it names."""
     child = ChildProcess(f"drivers.emulators.{emulator}", *arguments)
     stack.callback(child.close)
-    return child.ready().get("port")
+    return child, child.ready().get("port")
 
 
-def emulated_controller(stack: ExitStack, robot: str, world: str) -> tuple[str, str, str]:
-    """Start the controller of a robot; its driver, its address, and why it is the mock driver."""
+def emulated_controller(
+    stack: ExitStack, robot: str, world: str, driver: str = ""
+) -> tuple[Wire, str]:
+    """Start the controller of a robot; how to reach it, and why the mock driver stands in."""
+    if not driver and not robot.startswith("ur"):
+        driver = "modbus"
+    if driver == "modbus":
+        controller, port = start_emulator(stack, "modbus_robot", "--world", world)
+        return Wire("modbus", f"127.0.0.1:{port}", controller), ""
     missing = _missing(robot)
-    if missing:
-        return "mock", world, missing
-    controller = _free_loopback()
-    start_emulator(stack, "ur_controller", "--world", world, "--address", controller)
-    return "ur_rtde", controller, ""
+    if driver == "ur_rtde" and missing:
+        raise BadInput("robot driver ur_rtde", missing)
+    if driver == "mock" or missing:
+        return Wire("mock", world), missing
+    address = _free_loopback()
+    controller, _ = start_emulator(stack, "ur_controller", "--world", world, "--address", address)
+    return Wire("ur_rtde", address, controller), ""
+
+
+def _serial_wire(stack: ExitStack, part: str, driver: str, world: str, folder: Path) -> Wire:
+    if driver == "mock":
+        return Wire("mock", world)
+    if os.name != "posix":
+        raise BadInput(f"{part} driver {driver}", "needs pseudo-terminals, which are not here")
+    # A link keeps its name when the cable is pulled and put back.
+    link = str(folder / part)
+    emulator, _ = start_emulator(stack, _SERIAL[driver], "--world", world, "--link", link)
+    return Wire(driver, link, emulator)
 
 
 def _missing(robot: str) -> str:
     """Why the real wires cannot be used here; empty if they can."""
     if not robot.startswith("ur"):
-        return f"{robot} has no emulated controller yet; mock drivers stand in"
+        return f"{robot} is no robot of Universal Robots"
     if importlib.util.find_spec("rtde_control") is None:
         return "ur-rtde has no package for this system; mock drivers stand in"
     if sys.platform == "win32":

@@ -6,7 +6,6 @@ the arm's client library, the mock driver stands in, and the note says so.
 """
 
 import json
-import socket
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -17,6 +16,8 @@ from typing import Any
 
 from robocal.robots.library import robot_path
 from service.emulated_cell import emulated_controller, start_emulator
+from service.emulated_faults import Wire
+from service.world_client import WorldClient
 
 MASTER, SLAVE = "ur10e", "abb_irb910sc"
 NEEDLES_MM = {MASTER: (0.0, 0.0, 150.0), SLAVE: (0.0, 0.0, 100.0)}
@@ -38,14 +39,6 @@ _INSTRUMENTS = {
 
 
 @dataclass(frozen=True)
-class Wire:
-    """Driver and address as a base calibration names them."""
-
-    driver: str
-    address: str
-
-
-@dataclass(frozen=True)
 class StageAddresses:
     """What runs, and where."""
 
@@ -56,6 +49,11 @@ class StageAddresses:
     """Where the needle is led into a cup, host:port."""
     note: str
     """What is not as on a Linux machine with the UR client, empty otherwise."""
+
+    @property
+    def wires(self) -> dict[str, Wire]:
+        """By the part of the stage."""
+        return {"master": self.master, "slave": self.slave, **self.sensors}
 
     def request(self, name: str) -> dict[str, Any]:
         """Body of POST /base-calibrations for this stage."""
@@ -95,14 +93,13 @@ class EmulatedStage:
 
     def __enter__(self) -> StageAddresses:
         with ExitStack() as stack:
-            folder = Path(stack.enter_context(TemporaryDirectory()))
+            folder = Path(stack.enter_context(TemporaryDirectory(prefix="robocal-")))
             worlds = {robot: _world(stack, folder, robot, self._seed) for robot in (MASTER, SLAVE)}
             stage = self._stage_world(stack, folder, worlds)
-            driver, address, note = emulated_controller(stack, MASTER, worlds[MASTER])
-            modbus = start_emulator(stack, "modbus_robot", "--world", worlds[SLAVE])
-            sensors = {sensor: _sensor(stack, sensor, stage) for sensor in _INSTRUMENTS}
+            master, note = emulated_controller(stack, MASTER, worlds[MASTER])
+            slave, _ = emulated_controller(stack, SLAVE, worlds[SLAVE])
+            sensors = {sensor: _sensor(stack, sensor, stage, folder) for sensor in _INSTRUMENTS}
             self._stack = stack.pop_all()
-        master, slave = Wire(driver, address), Wire("modbus", f"127.0.0.1:{modbus}")
         return StageAddresses(master, slave, sensors, stage, note)
 
     def __exit__(
@@ -124,7 +121,8 @@ class EmulatedStage:
             "faults": self._faults,
         }
         config.write_text(json.dumps(entries), encoding="utf-8")
-        return f"127.0.0.1:{start_emulator(stack, 'stage_world', '--config', str(config))}"
+        _, port = start_emulator(stack, "stage_world", "--config", str(config))
+        return f"127.0.0.1:{port}"
 
 
 def _world(stack: ExitStack, folder: Path, robot: str, seed: int) -> str:
@@ -140,35 +138,22 @@ def _world(stack: ExitStack, folder: Path, robot: str, seed: int) -> str:
         "start_joints_deg": _START_DEG[robot],
     }
     config.write_text(json.dumps(entries), encoding="utf-8")
-    return f"127.0.0.1:{start_emulator(stack, 'world', '--config', str(config))}"
+    _, port = start_emulator(stack, "world", "--config", str(config))
+    return f"127.0.0.1:{port}"
 
 
-def _sensor(stack: ExitStack, sensor: str, stage: str) -> Wire:
+def _sensor(stack: ExitStack, sensor: str, stage: str, folder: Path) -> Wire:
     driver, emulator, options, tail = _INSTRUMENTS[sensor]
-    port = start_emulator(stack, emulator, "--world", stage, "--sensor", sensor, *options)
-    return Wire(driver, f"{port}{tail}")
+    # A link keeps its name when the cable is pulled and put back.
+    link = str(folder / sensor)
+    about = ("--world", stage, "--sensor", sensor, "--link", link, *options)
+    child, _ = start_emulator(stack, emulator, *about)
+    return Wire(driver, f"{link}{tail}", child)
 
 
-class StageHands:
-    """A person at the emulated stage: leads needles into cups, over a plain socket."""
-
-    def __init__(self, stage_world: str) -> None:
-        host, _, port = stage_world.rpartition(":")
-        self._socket = socket.create_connection((host, int(port)), timeout=30)
-        self._lines = self._socket.makefile("rw", encoding="utf-8")
-
-    def ask(self, operation: str, **arguments: object) -> dict[str, Any]:
-        """Ask the stage's world; the reply says whether it was `ok`."""
-        self._lines.write(json.dumps({"op": operation, **arguments}) + "\n")
-        self._lines.flush()
-        reply: dict[str, Any] = json.loads(self._lines.readline())
-        return reply
+class StageHands(WorldClient):
+    """A person at the emulated stage: leads needles into cups."""
 
     def touch(self, robot: str, cup: str, **about: object) -> dict[str, Any]:
         """Lead a needle into a cup."""
         return self.ask("touch", robot=robot, cup=cup, **about)
-
-    def close(self) -> None:
-        """Leave the stage."""
-        self._lines.close()
-        self._socket.close()

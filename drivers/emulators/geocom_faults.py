@@ -4,7 +4,8 @@
 ``{"fault": "wrong_checksum"}``, ``{"fault": "noise"}``, ``{"fault": "code", "code": 1285}``; with
 ``"replies": n`` for the next n replies (default 1) and ``"rpc": n`` for that procedure only.
 ``{"fault": "wrong_id"}`` (another transaction's number), ``{"fault": "frozen"}`` (the reply before
-once more), ``{"fault": "unplugged"}`` and ``{"fault": "plugged"}`` (the cable; needs a link).
+once more), ``{"fault": "unplugged"}`` and ``{"fault": "plugged"}`` (the cable; needs a link),
+``{"fault": "wrong_baud"}`` (another speed than before, until cleared).
 ``{"fault": "none"}`` clears. Each line is acknowledged by one line of JSON on standard output.
 """
 
@@ -13,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 CABLE_KINDS = ("unplugged", "plugged")
+WRONG_BAUD = "wrong_baud"
 KINDS = (
     "none",
     "late_reply",
@@ -24,6 +26,7 @@ KINDS = (
     "noise",
     "code",
     *CABLE_KINDS,
+    WRONG_BAUD,
 )
 NOISE = b"\xff\x00~R1P,,:\r\n"
 
@@ -47,7 +50,8 @@ class Fault:
 
     def hits(self, procedure: int) -> bool:
         """Whether the reply to this procedure is spoilt."""
-        return self.fault != "none" and self.replies > 0 and self.rpc in {None, procedure}
+        spoils = self.fault not in {"none", WRONG_BAUD}
+        return spoils and self.replies > 0 and self.rpc in {None, procedure}
 
     def used(self) -> Fault:
         """Return the fault with one reply less to spoil."""

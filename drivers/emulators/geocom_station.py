@@ -14,7 +14,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from drivers.emulators.geocom_faults import CABLE_KINDS, NOISE, Fault
+from drivers.emulators.geocom_faults import CABLE_KINDS, NOISE, WRONG_BAUD, Fault
 from drivers.emulators.geocom_instrument import Station
 from drivers.emulators.geocom_wire import (
     ABORT_MOTION,
@@ -36,13 +36,13 @@ BAUD = 115200
 class Conversation:
     """Requests answered in turn, with the faults that were asked for."""
 
-    def __init__(self, station: Station, link: Path | None) -> None:
+    def __init__(self, station: Station, baud: int, link: Path | None) -> None:
         self._station = station
         self._fault = Fault()
         self._requests: asyncio.Queue[bytes] = asyncio.Queue()
         self._pending = b""
         self._before = b""
-        self.plug = SerialPlug(BAUD, link, self._hear, lambda: self.plug.send(NOISE))
+        self.plug = SerialPlug(baud, link, self._hear, lambda: self.plug.send(NOISE))
 
     def switch_fault(self, order: str) -> None:
         """Follow one line of standard input and acknowledge it."""
@@ -90,6 +90,7 @@ class Conversation:
         if fault.fault in CABLE_KINDS:
             (self.plug.plug if fault.fault == "plugged" else self.plug.unplug)()
         else:
+            self.plug.mistune(wrong=fault.fault == WRONG_BAUD)
             self._fault = fault
 
     def _hear(self, received: bytes) -> None:
@@ -98,10 +99,10 @@ class Conversation:
             self._requests.put_nowait(request)
 
 
-async def serve(world_address: str, link: Path | None) -> None:
+async def serve(world_address: str, baud: int, link: Path | None) -> None:
     """Play the station until standard input closes; fail when the world ends."""
     world = await WorldLink.open(world_address)
-    conversation = Conversation(Station(world), link)
+    conversation = Conversation(Station(world), baud, link)
     conversation.plug.plug()
     talking = asyncio.create_task(conversation.run())
     parent = asyncio.create_task(until_stdin_closes(conversation.switch_fault))
@@ -119,9 +120,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="An emulated total station on a serial port.")
     parser.add_argument("--world", required=True, help="host:port of the emulated world")
     parser.add_argument("--link", type=Path, help="symbolic link to make to the serial port")
+    parser.add_argument("--baud", type=int, default=BAUD, help="speed set at the instrument")
     options = parser.parse_args()
     try:
-        asyncio.run(serve(options.world, options.link))
+        asyncio.run(serve(options.world, options.baud, options.link))
     except ConnectionError as fault:
         sys.stderr.write(f"{fault}\n")
         return 1

@@ -63,6 +63,7 @@ class Conversation:
         elif fault.fault == "plugged":
             self.plug.plug()
         else:
+            self.plug.mistune(wrong=fault.fault == "wrong_baud")
             self._fault = fault
         return _acknowledge(ok=True, text=fault.fault)
 

@@ -41,7 +41,13 @@ class SerialPlug:
         self._on_bytes = on_bytes
         self._on_wrong_speed = on_wrong_speed
         self._ends: tuple[int, int] | None = None
+        self._spoken = self._speed
         self.port = ""
+
+    def mistune(self, *, wrong: bool) -> None:
+        """Set the instrument to another speed than before, or back to its own."""
+        other = termios.B1200 if self._speed != termios.B1200 else termios.B2400
+        self._spoken = other if wrong else self._speed
 
     def plug(self) -> None:
         """Make a port.
@@ -82,7 +88,7 @@ class SerialPlug:
     def _receive(self) -> None:
         assert self._ends is not None
         received = os.read(self._ends[0], 4096)
-        if termios.tcgetattr(self._ends[0])[SPEED] == self._speed:
+        if termios.tcgetattr(self._ends[0])[SPEED] == self._spoken:
             self._on_bytes(received)
         else:
             self._on_wrong_speed()

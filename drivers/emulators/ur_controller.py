@@ -11,6 +11,7 @@ switch faults, each answered by one line on standard output::
     {"fault": "refused", "on": true}          connections cut, ports closed
     {"fault": "local_control", "on": true}    the pendant is not in remote control
     {"fault": "dropped"}                      present connections cut once
+    {"fault": "none"}                         all of these over
 
 Modelled on the client's source and the manuals; nothing of it was compared with a real robot.
 """
@@ -46,7 +47,9 @@ class Wires:
         self._connections: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
 
     async def open(self) -> None:
-        """Listen on every port."""
+        """Listen on every port, if it is not so already."""
+        if self._servers:
+            return
         for port, serve in self._services.items():
             self._servers.append(
                 await asyncio.start_server(self._track(serve), self._address, port)
@@ -118,6 +121,10 @@ async def switch_fault(controller: Controller, wires: Wires, line: str) -> None:
         case "refused" if order["on"]:
             wires.close()
         case "refused":
+            await wires.open()
+        case "none":
+            controller.faults.silent = controller.faults.frozen = False
+            controller.remote_control = True
             await wires.open()
         case unknown:
             raise SystemExit(f"ur_controller: there is no fault {unknown!r}")

@@ -4,8 +4,10 @@
 ``{"fault": "noise"}``, ``{"fault": "frozen"}`` (the last reply once more), and where the
 instrument's protocol has such a thing ``wrong_checksum``, ``wrong_id``, ``code`` (with ``"code"``:
 an error code in place of the value). ``"replies": n`` spoils the next n replies, 1 by default.
-``{"fault": "unplugged"}`` and ``{"fault": "plugged"}`` pull the cable and put it back. Another
-speed than the instrument's garbles everything by itself. Each line is acknowledged by a line.
+``{"fault": "unplugged"}`` and ``{"fault": "plugged"}`` pull the cable and put it back;
+``{"fault": "wrong_baud"}`` sets the instrument to another speed until ``{"fault": "none"}``, and
+another speed than the instrument's garbles everything by itself. Each line is acknowledged by a
+line.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from dataclasses import dataclass, replace
 
 NOISE = b"\xff\x00~g#\x81,:\r\n"
 WIRE_KINDS = ("none", "silence", "late_reply", "cut_reply", "noise", "frozen")
-CABLE_KINDS = ("unplugged", "plugged")
+CABLE_KINDS = ("unplugged", "plugged", "wrong_baud")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import sys
+import time
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,10 +13,8 @@ import typer
 from service.commands.options import robot_names
 
 if TYPE_CHECKING:
-    from service.emulated_cell import CellAddresses
-    from service.emulated_stage import StageAddresses, StageHands
-
-_TOUCH_WORDS = 5
+    from service.emulated_cell import CellAddresses, Wires
+    from service.emulated_stage import StageAddresses
 
 
 def emulate(
@@ -35,55 +33,107 @@ def emulate(
         Path | None,
         typer.Option(help="write the cell as POST /cells takes it, named as the file is"),
     ] = None,
+    robot_driver: Annotated[
+        str, typer.Option(help="ur_rtde, modbus or mock; by the robot if not given")
+    ] = "",
+    tracker: Annotated[str, typer.Option(help="geocom, ndi, relay or mock")] = "",
+    probe: Annotated[str, typer.Option(help="modbus_temperature or mock")] = "",
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(help="of a wire from the start: tracker:silence, robot:local_control"),
+    ] = None,
     *,
     stage: Annotated[
         bool, typer.Option("--stage", help="two robots and a sensing stage between them")
     ] = False,
 ) -> None:
-    """Start an emulated cell (robot controller, tracker) or stage for a person to try."""
+    """Start an emulated cell (robot controller, tracker, probe) or stage for a person to try.
+
+    Faults and effects are also switched by lines that are typed while it runs: help lists them.
+    """
     if stage:
-        _emulate_stage(seed)
-    else:
-        _emulate_cell(robot, time_scale, seed, _effects(hide or []), cell)
+        _emulate_stage(seed, fault or [])
+        return
+    wires = _wires(robot_driver, tracker, probe)
+    _emulate_cell(robot, time_scale, seed, _effects(hide or []), wires, fault or [], cell)
+
+
+def _wires(robot: str, tracker: str, probe: str) -> Wires:
+    """The drivers that were asked for.
+
+    Raises
+    ------
+    BadInput
+        If one of them is not among those that can be emulated.
+    """
+    from robocal.errors import BadInput
+    from service.emulated_cell import PROBES, ROBOTS, TRACKERS, Wires
+
+    for option, driver, known in (
+        ("--robot-driver", robot, ROBOTS),
+        ("--tracker", tracker, TRACKERS),
+        ("--probe", probe, PROBES),
+    ):
+        if driver and driver not in known:
+            raise BadInput(f"option {option}", f"{driver!r} is none of {', '.join(known)}")
+    return Wires(robot, tracker, probe)
 
 
 def _emulate_cell(
-    robot: str, time_scale: float, seed: int, hidden: list[dict[str, object]], file: Path | None
+    robot: str,
+    time_scale: float,
+    seed: int,
+    hidden: list[dict[str, object]],
+    wires: Wires,
+    faults: list[str],
+    file: Path | None,
 ) -> None:
-    import time
-
     from robocal.formats.whole_file import write_whole
-    from service.emulated_cell import NEST, NEST_MM, EmulatedCell
+    from service.emulated_cell import EmulatedCell
+    from service.emulated_hands import CellHands, converse
+    from service.world_client import WorldClient
 
-    with EmulatedCell(robot, time_scale, seed, hidden) as addresses:
-        if addresses.note:
-            print(addresses.note)
-        print(f"robot:   driver {addresses.robot_driver}, address {addresses.robot_address}")
-        print(f"tracker: driver {addresses.tracker_driver}, address {addresses.tracker_address}")
-        print(f"probe:   driver mock, address {addresses.world_address}")
-        print(f"nest:    {NEST} at {', '.join(f'{mm:g}' for mm in NEST_MM)} mm")
+    with (
+        EmulatedCell(robot, time_scale, seed, hidden, wires) as addresses,
+        closing(WorldClient(addresses.world)) as world,
+    ):
+        hands = CellHands(addresses.wires, world)
+        _introduce_cell(addresses)
+        for text in faults:
+            print(hands.follow(text.replace(":", " ", 1)))
         if file is not None:
             write_whole(file, json.dumps(_settings(file.stem, robot, addresses), indent=2) + "\n")
             print(f"cell:    {file}")
-        print("Ctrl+C ends it", flush=True)
+        print("help lists the faults that can be typed here; Ctrl+C ends it", flush=True)
         try:
+            converse(hands)
             while True:
                 time.sleep(3600)
         except KeyboardInterrupt:
             print()
 
 
+def _introduce_cell(addresses: CellAddresses) -> None:
+    from service.emulated_cell import NEST, NEST_MM
+
+    if addresses.note:
+        print(addresses.note)
+    for part, wire in addresses.wires.items():
+        print(f"{part + ':':8} driver {wire.driver}, address {wire.address}")
+    print(f"nest:    {NEST} at {', '.join(f'{mm:g}' for mm in NEST_MM)} mm")
+
+
 def _settings(name: str, robot: str, addresses: CellAddresses) -> dict[str, object]:
     """The body of POST /cells."""
+    places = {
+        part: {"driver": wire.driver, "address": wire.address}
+        for part, wire in addresses.wires.items()
+    }
     return {
         "name": name,
-        "robot": {
-            "model": robot,
-            "driver": addresses.robot_driver,
-            "address": addresses.robot_address,
-        },
-        "tracker": {"driver": addresses.tracker_driver, "address": addresses.tracker_address},
-        "temperature_probe": {"driver": "mock", "address": addresses.world_address},
+        "robot": {"model": robot, **places["robot"]},
+        "tracker": places["tracker"],
+        "temperature_probe": places["probe"],
     }
 
 
@@ -109,14 +159,17 @@ def _effects(hidden: list[str]) -> list[dict[str, object]]:
     return effects
 
 
-def _emulate_stage(seed: int) -> None:
+def _emulate_stage(seed: int, faults: list[str]) -> None:
+    from service.emulated_hands import StagePerson, converse
     from service.emulated_stage import EmulatedStage, StageHands
 
     with EmulatedStage(seed) as addresses, closing(StageHands(addresses.stage_world)) as hands:
+        person = StagePerson(addresses.wires, hands)
         _introduce(addresses)
+        for text in faults:
+            print(person.follow(text.replace(":", " ", 1)), flush=True)
         try:
-            for line in sys.stdin:
-                _touch(hands, line.split())
+            converse(person)
         except KeyboardInterrupt:
             print()
 
@@ -128,15 +181,6 @@ def _introduce(addresses: StageAddresses) -> None:
     print("body of POST /api/v1/base-calibrations, and what to type on the page:")
     print(json.dumps(addresses.request("emulated"), indent=1))
     print("lead a needle into a cup: ROBOT CUP SLIDE_MM ANGLE_DEG LENGTH_MM")
-    print("for instance: master rod 0 0 350")
+    print("for instance: master rod 0 0 350; a sensor's fault: slide silence, slide none")
+    print('hidden faults of the stage: faults {"sag_mm_at_m": 0.5}')
     print("end of input or Ctrl+C ends it", flush=True)
-
-
-def _touch(hands: StageHands, words: list[str]) -> None:
-    if len(words) != _TOUCH_WORDS:
-        print("five words are needed: master rod 0 0 350", flush=True)
-        return
-    robot, cup, slide, angle, length = words
-    reply = hands.touch(robot, cup, slide_mm=slide, rod_angle_deg=angle, rod_length_mm=length)
-    print(f"the {robot}'s needle sits in the {cup} cup" if reply["ok"] else reply["message"])
-    sys.stdout.flush()

@@ -2,7 +2,8 @@
 
 `python -m tests.studies.faults [--device geocom ...] [--fault silence ...]` drives a short campaign
 for every pair, spoils one reply and then all replies until the campaign is paused, mends the
-fault, resumes, and compares every stored reading with what the noiseless world holds.
+fault, resumes, and compares every stored reading with what the noiseless world holds. The sensors
+of the stage are spoilt while a touch is taken, see `touch_faults`.
 """
 
 from __future__ import annotations
@@ -30,20 +31,21 @@ from tests.integration.service_cell import (
     wait_until,
 )
 from tests.integration.ur_cell import Emulator
+from tests.studies import touch_faults
+from tests.studies.fault_outcome import LASTING, Outcome
 
 POSES, SPOILT_AFTER = 7, 2
 WRONG_MM = 0.05
 """A reading further than this from the true one is wrong: rounding on the wire is below it."""
 PATIENCE_S = 90.0
+WARM_DEGC, WRONG_DEGC = 27.5, 0.02
 WORLD = {
+    "temperature": {"start_degc": WARM_DEGC, "final_degc": WARM_DEGC},
     "time_scale": 40,
     "geometry_error": {"length_mm": 0, "angle_mrad": 0},
     "noise": {"position_mm": 0, "ppm": 0, "orientation_mrad": 0},
     "repeatability_mm": 0,
 }
-LASTING = 100_000
-"""Replies that are spoilt, more than a campaign has."""
-
 Order = dict[str, object]
 
 
@@ -59,14 +61,17 @@ class Device:
     faults: tuple[str, ...]
     options: str = ""
     """Behind the address."""
-    baud: int = 0
-    """Another speed than the instrument's; 0: it has none."""
+    serial: bool = False
+    settle_s: tuple[float, float] = (0.1, 0.1)
+    """Of each pose under a fault of one reply, and under a lasting one, on the world's clock."""
     orders: dict[str, Order] = field(default_factory=dict)
     """How its emulator calls a fault, where not by the same name."""
 
 
 _WIRE = ("silence", "late_reply", "cut_reply", "noise", "frozen")
 _CABLE = ("unplugged", "wrong_baud")
+_LASTS = {*_CABLE, "half_open", "refused", "local_control"}
+"""Faults that are not of single replies."""
 _TCP = ("silence", "late_reply", "cut_reply", "noise", "wrong_id", "frozen", "code")
 DEVICES = (
     Device(
@@ -96,7 +101,7 @@ DEVICES = (
         "geocom",
         ("geocom_station",),
         (*_WIRE, "wrong_checksum", "wrong_id", "code", *_CABLE),
-        baud=19200,
+        serial=True,
     ),
     Device(
         "NDI camera",
@@ -104,7 +109,7 @@ DEVICES = (
         "ndi",
         ("ndi_camera",),
         (*_WIRE, "wrong_checksum", "wrong_id", "code", *_CABLE),
-        baud=19200,
+        serial=True,
     ),
     Device(
         "relayed tracker",
@@ -112,8 +117,8 @@ DEVICES = (
         "relay",
         ("relay_host",),
         (*_WIRE, "wrong_checksum", "wrong_id", *_CABLE),
-        options="?profile=relay_triggered_3d",
-        baud=9600,
+        options="?profile=relay_triggered_6d",
+        serial=True,
     ),
     Device(
         "temperature probe",
@@ -121,7 +126,9 @@ DEVICES = (
         "modbus_temperature",
         ("temperature_transmitter",),
         (*_WIRE, "wrong_checksum", "wrong_id", "code", *_CABLE),
-        baud=4800,
+        serial=True,
+        # A probe is polled every second, and its last value is good for 15 s.
+        settle_s=(60.0, 200.0),
     ),
 )
 
@@ -140,14 +147,10 @@ class Rig:
 
     def spoil(self, fault: str, replies: int) -> None:
         """Let a fault begin."""
-        if fault == "wrong_baud":
-            self.running.close()
-            self.running = start(self.device, self.world, self.folder, self.device.baud)
-            return
         order = self.device.orders.get(fault)
         if order is None:
             order = {"fault": fault}
-            if fault != "unplugged":
+            if fault not in _LASTS:
                 order |= {"replies": replies}
             if fault == "late_reply":
                 order |= {"delay_s": 4.0}
@@ -157,10 +160,7 @@ class Rig:
 
     def mend(self, fault: str) -> None:
         """Let a fault end."""
-        if fault == "wrong_baud":
-            self.running.close()
-            self.running = start(self.device, self.world, self.folder, 0)
-        elif fault == "unplugged":
+        if fault == "unplugged":
             self.running.order(fault="plugged")
         elif fault in self.device.orders:
             order = self.device.orders[fault]
@@ -170,33 +170,13 @@ class Rig:
             self.running.order(fault="none")
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What became of one campaign."""
-
-    word: str
-    """recovered, paused and resumed, or what went wrong."""
-    sentence: str
-    lost: int
-    wrong: int
-    moving: int
-
-    @property
-    def survived(self) -> bool:
-        """Whether all readings are there and right, and the robot stood still in every pause."""
-        good = self.word in {"recovered", "resumed"}
-        return good and not (self.lost or self.wrong or self.moving)
-
-
-def start(device: Device, world: World, folder: Path, baud: int) -> Emulator:
+def start(device: Device, world: World, folder: Path) -> Emulator:
     """Start the emulator of a device."""
     module, *options = device.emulator
     if device.driver == "ur_rtde":
         options += ["--address", loopback()]
-    elif device.baud:
-        (folder / "port").unlink(missing_ok=True)
+    elif device.serial:
         options += ["--link", str(folder / "port")]
-        options += ["--baud", str(baud)] if baud else []
     return Emulator(module, "--world", world.address, *options)
 
 
@@ -209,7 +189,7 @@ def address_of(device: Device, running: Emulator, folder: Path) -> str:
     """Where the driver finds it."""
     if device.driver == "ur_rtde":
         return loopback()
-    if device.baud:
+    if device.serial:
         return f"{folder / 'port'}{device.options}"
     return f"127.0.0.1:{running.ready['port']}{device.options}"
 
@@ -220,7 +200,7 @@ def rig_of(device: Device, site: Site, folder: Path) -> Iterator[Rig]:
     folder.mkdir()
     with ExitStack() as stack:
         world = stack.enter_context(emulated_world(folder, **WORLD))
-        running = start(device, world, folder, 0)
+        running = start(device, world, folder)
         name = device.driver
         mock = {"driver": "mock", "address": world.address}
         cell = {
@@ -239,10 +219,10 @@ def rig_of(device: Device, site: Site, folder: Path) -> Iterator[Rig]:
         yield rig
 
 
-def begin(rig: Rig) -> int:
+def begin(rig: Rig, settle_s: float = 0.1) -> int:
     """Arm the cell and start a campaign."""
     assert rig.site.post(f"/cells/{rig.cell}/arm").status_code == 200
-    return rig.site.start_campaign(poses_about_start(POSES), cell=rig.cell, settle_s=0.1)
+    return rig.site.start_campaign(poses_about_start(POSES), cell=rig.cell, settle_s=settle_s)
 
 
 def finish(rig: Rig, number: int) -> None:
@@ -273,7 +253,7 @@ def clean_readings(rig: Rig) -> dict[int, tuple[tuple[float, float, float], floa
 
 def tried(rig: Rig, fault: str, replies: int) -> Outcome:
     """Drive one campaign through a fault."""
-    number = begin(rig)
+    number = begin(rig, rig.device.settle_s[replies == LASTING])
     shown = lambda: rig.site.campaign(number)  # noqa: E731
     wait_until(lambda: shown()["done"] >= SPOILT_AFTER, PATIENCE_S, 0.02)
     rig.spoil(fault, replies)
@@ -298,13 +278,22 @@ def tried(rig: Rig, fault: str, replies: int) -> Outcome:
     finish(rig, number)
     if not mended:
         rig.mend(fault)
-    wrong = sum(distance(at, rig.reference[pose]) > WRONG_MM for pose, (at, _) in found.items())
+    wrong = sum(
+        distance(at, rig.reference[pose]) > WRONG_MM or not is_warm(rig, degc)
+        for pose, (at, degc) in found.items()
+    )
     return Outcome(word, sentence, POSES - len(found), wrong, moving)
 
 
 def distance(one: tuple[float, ...], other: tuple[float, ...]) -> float:
     """Between two points [mm]."""
     return sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) ** 0.5
+
+
+def is_warm(rig: Rig, degc: float | None) -> bool:
+    """Whether a reading has the world's temperature, where there is a probe."""
+    probed = rig.device.part == "temperature_probe"
+    return not probed or (degc is not None and abs(degc - WARM_DEGC) < WRONG_DEGC)
 
 
 def main() -> int:
@@ -325,26 +314,37 @@ def main() -> int:
                 for fault in device.faults:
                     if options.fault and fault not in options.fault:
                         continue
-                    for much, replies in (("once", 1), ("lasting", LASTING)):
-                        if much == "once" and (fault in _CABLE or fault in device.orders):
-                            continue
+                    for much, replies in times_of(device, fault):
                         outcome = tried(rig, fault, replies)
                         outcomes.append(outcome)
-                        report(device, fault, much, outcome)
+                        report(device.name, fault, much, outcome)
+        for name_of, fault, much, outcome in touch_faults.outcomes(
+            site, options.device, options.fault
+        ):
+            outcomes.append(outcome)
+            report(name_of, fault, much, outcome)
     survived = sum(outcome.survived for outcome in outcomes)
     print(
-        f"{len(outcomes)} campaigns: survived {survived}, "
+        f"{len(outcomes)} campaigns and touches: survived {survived}, "
         f"readings lost {sum(o.lost for o in outcomes)}, wrong {sum(o.wrong for o in outcomes)}, "
         f"robot left moving {sum(o.moving for o in outcomes)}"
     )
     return 0 if survived == len(outcomes) else 1
 
 
-def report(device: Device, fault: str, much: str, outcome: Outcome) -> None:
+def times_of(device: Device, fault: str) -> list[tuple[str, int]]:
+    """How many replies are spoilt, where a fault is one of replies."""
+    if device.driver == "ur_rtde":
+        return [("once", 1)] if fault == "reset" else [("lasting", LASTING)]
+    lasts = fault in _LASTS or (device.driver, fault) == ("modbus", "frozen")
+    return [("lasting", LASTING)] if lasts else [("once", 1), ("lasting", LASTING)]
+
+
+def report(device: str, fault: str, much: str, outcome: Outcome) -> None:
     """Print one line."""
     good = "survived" if outcome.survived else "NOT SURVIVED"
     counts = f"{outcome.lost} lost, {outcome.wrong} wrong, {outcome.moving} moving"
-    print(f"{device.name:24}{fault:15}{much:9}{outcome.word:11}{good:13}{counts}", flush=True)
+    print(f"{device:24}{fault:15}{much:9}{outcome.word:11}{good:13}{counts}", flush=True)
     if outcome.sentence:
         print(f"    {outcome.sentence}", flush=True)
 

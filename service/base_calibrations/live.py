@@ -98,6 +98,8 @@ class LiveSensor:
         self._readings: deque[SensorReading] = deque(maxlen=_KEPT)
         self._problem = ""
         self._asked_s = time.monotonic()
+        self._waiting = 0
+        """Who waits for readings wants the line however long a reading takes."""
         self._news = threading.Condition()
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
@@ -111,13 +113,17 @@ class LiveSensor:
     def await_readings(self, count: int, since_s: float, until_s: float) -> list[SensorReading]:
         """Wait for readings asked for after `since_s`; fewer than `count` past `until_s`."""
         with self._news:
-            while True:
-                self._ask()
-                new = [reading for reading in self._readings if reading.begun_s >= since_s]
-                left_s = until_s - time.monotonic()
-                if len(new) >= count or left_s <= 0:
-                    return new[:count]
-                self._news.wait(left_s)
+            self._waiting += 1
+            try:
+                while True:
+                    self._ask()
+                    new = [reading for reading in self._readings if reading.begun_s >= since_s]
+                    left_s = until_s - time.monotonic()
+                    if len(new) >= count or left_s <= 0:
+                        return new[:count]
+                    self._news.wait(left_s)
+            finally:
+                self._waiting -= 1
 
     def close(self) -> None:
         """Let go of the line."""
@@ -167,7 +173,8 @@ class LiveSensor:
             sensor.close()
 
     def _unwanted(self) -> bool:
-        return self._ending.is_set() or time.monotonic() - self._asked_s > IDLE_S
+        idle = not self._waiting and time.monotonic() - self._asked_s > IDLE_S
+        return self._ending.is_set() or idle
 
 
 class LiveStage:

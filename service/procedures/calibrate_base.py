@@ -25,8 +25,11 @@ from service.procedures.visit import STILL_WITHIN
 
 LOOKS = 3
 """Looks at the robot's joints, before the sensors are read and again after."""
-TAKE_S = 25.0
-"""Longest time for five readings of the slowest sensor [s]; a dark target takes 4 s a reading."""
+TAKE_S = 35.0
+"""Longest time for five readings of the slowest sensor [s].
+
+A rangefinder that does not answer is asked three times in 28 s before it is said what is wrong.
+"""
 
 
 class TouchRefused(Exception):

@@ -95,7 +95,7 @@ class StagePerson:
     def _bend(self, text: str) -> str:
         reply = self._stage.ask("faults", faults=value_of(text))
         if not reply["ok"]:
-            raise BadInput("faults", reply["message"])
+            raise BadInput("stage", reply["message"])
         return f"the stage's hidden faults are {text}"
 
     def _known(self, part: str) -> Mapping[str, object]:

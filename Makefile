@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 # One numerics thread a process: several processes share the cores.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo serve test pictures check bench reproduce blind cells cuts faults stops browser clean
+.PHONY: demo serve test pictures check bench reproduce blind cells cuts faults stops soak browser clean
 
 demo: $(VENV)/installed
 	$(BIN)/robocal demo
@@ -51,6 +51,10 @@ cuts: $(VENV)/installed
 # Every fault of every device in the middle of a campaign; FAULTS="--device geocom --fault silence".
 faults: $(VENV)/installed
 	$(BIN)/python -m tests.studies.faults $(FAULTS)
+
+# A day of campaigns in compressed time, then a look for what was left; SOAK="--hours 2".
+soak: $(VENV)/installed
+	$(BIN)/python -m tests.studies.soak $(SOAK)
 
 # How soon the arm stands still after every loss of control; STOPS="--moments 20 --speed 30".
 stops: $(VENV)/installed

@@ -90,7 +90,7 @@ def switch(wires: Mapping[str, Wire], words: list[str]) -> str:
         order["replies"] = LASTING
     if fault == "late_reply":
         order["delay_s"] = _LATE_S
-    if fault == "code":
+    if fault in ("code", "alarm"):
         order["code"] = _CODES.get(wire.driver, 4)
     answer = wire.emulator.order(order | _values(part, words[2:], order))
     if not answer.get("ok"):

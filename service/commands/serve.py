@@ -1,9 +1,15 @@
 """`robocal serve`."""
 
+import signal
 from contextlib import nullcontext
+from types import FrameType
 from typing import Annotated
 
 import typer
+
+
+class _Terminated(BaseException):
+    """SIGTERM came: a reason to leave every context, and no error."""
 
 
 def serve(
@@ -20,7 +26,18 @@ def serve(
 
     settings = read_settings(host=host, port=port)
     prepare_database(settings)
-    with listening_socket(settings) as listener:
-        beside = TendedProcess("service.jobs.worker", WITH_PARENT) if worker else nullcontext()
-        with beside:
-            listen(settings, listener)
+    # When all requests are answered uvicorn sends itself the signal that it got once more.
+    signal.signal(signal.SIGTERM, _leave)
+    try:
+        with listening_socket(settings) as listener:
+            beside = TendedProcess("service.jobs.worker", WITH_PARENT) if worker else nullcontext()
+            with beside:
+                listen(settings, listener)
+    except _Terminated:
+        # Supervisors take a death by the signal that they sent for a clean end.
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        signal.raise_signal(signal.SIGTERM)
+
+
+def _leave(number: int, frame: FrameType | None) -> None:
+    raise _Terminated

@@ -39,13 +39,17 @@ def served(database_url: str, tmp_path: Path) -> Iterator[subprocess.Popen[str]]
         process.send_signal(signal.SIGINT)
 
 
-def test_a_worker_that_dies_is_replaced_and_that_is_said(served, tmp_path):
+def test_a_worker_that_dies_is_replaced_and_none_outlives_the_service(served, tmp_path):
     first = _awaited(lambda: _workers(served.pid))
     os.kill(first[0], signal.SIGKILL)
     second = _awaited(lambda: [pid for pid in _workers(served.pid) if pid not in first])
     assert len(second) == 1
     log = (tmp_path / "log").read_text()
     assert log.count("service.jobs.worker ended with status -9; starting it again") == 1
+    served.terminate()
+    assert served.wait(DEADLINE_S) == -signal.SIGTERM
+    with pytest.raises(ProcessLookupError):
+        os.kill(second[0], 0)
 
 
 def test_a_database_that_cannot_be_used_is_said_in_one_sentence(tmp_path):

@@ -29,6 +29,7 @@ from tests.integration.ur_cell import Cell, emulated_cell
 from tests.studies.power_cuts import Installation
 
 LIMIT_S = 0.3
+ALL = "100.0%"
 SPEEDS_DEG_S = (30.0, 90.0)
 """The default, and the fastest that a cell may have."""
 WATCHED_S = 0.4
@@ -172,9 +173,10 @@ def main() -> int:
                     measure(rig, LOSSES[kind], times)
                 rows.append(row(kind, speed, times))
                 print("  ".join(rows[-1]), file=sys.stderr, flush=True)
-    head = ("what", "deg/s", "moments", "median s", "99 % s", "most s", "over 0.3 s", "moved again")
+    head = ("what", "deg/s", "moments", "median s", "95 % s", "most s", "within 0.3 s")
+    head = (*head, "moved again")
     print(f"seed {options.seed}\n{table(head, rows)}")
-    return int(any(int(cells[6]) + int(cells[7]) for cells in rows))
+    return int(any((cells[6], cells[7]) != (ALL, "0") for cells in rows))
 
 
 def started(stack: ExitStack, folder: Path, speed: float, rng: random.Random) -> Rig:
@@ -198,14 +200,13 @@ def started(stack: ExitStack, folder: Path, speed: float, rng: random.Random) ->
 def row(kind: str, speed: float, times: Times) -> tuple[str, ...]:
     """One line of the table."""
     seconds = np.array(times.seconds)
-    late = int((seconds > LIMIT_S).sum())
-    figures = (np.median(seconds), np.quantile(seconds, 0.99), seconds.max())
+    figures = (np.median(seconds), np.quantile(seconds, 0.95), seconds.max())
     return (
         kind,
         f"{speed:.0f}",
         str(len(seconds)),
         *(f"{value:.3f}" for value in figures),
-        str(late),
+        f"{np.mean(seconds <= LIMIT_S):.1%}",
         str(times.moved_again),
     )
 

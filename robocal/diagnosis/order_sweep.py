@@ -29,6 +29,8 @@ LOWEST_ORDER, HIGHEST_ORDER = 0.5, 400.0
 """Orders searched, cycles a turn; [1]"""
 _OVERSAMPLING = 3.0
 """Grid points within one resolution of the order, which is one over the range in turns; [1]"""
+_LEAST_CYCLES = 1.0
+"""Less of a wave stands for anything smooth: a period that was not seen is not named; [1]"""
 _LEAST_TURNS = 0.05
 _STILL = 1e-3
 """A joint that moves less shows no order [rad]"""
@@ -71,7 +73,8 @@ def order_grid(reading: Float[Array, "row"]) -> Float[Array, "order"]:
     """Orders to try for a joint that moved over these readings: whole multiples of one step."""
     turns = max(np.ptp(reading) / (2 * np.pi), _LEAST_TURNS)
     step = 1.0 / (_OVERSAMPLING * turns)
-    first, last = np.ceil(LOWEST_ORDER / step), np.floor(HIGHEST_ORDER / step)
+    lowest = max(LOWEST_ORDER, _LEAST_CYCLES / turns)
+    first, last = np.ceil(lowest / step), np.floor(HIGHEST_ORDER / step)
     return np.asarray(np.arange(first, last + 1.0) * step)
 
 

@@ -26,7 +26,7 @@ def refine(rows: Circumstances, fit: Linearised, group: Group, best: int) -> Ins
     first, second = (group.candidate(position).argument("order") for position in (0, 1))
     width = second - first
     fine = instance.argument("order") + np.linspace(-width, width, 41)
-    fine = fine[fine >= min(LOWEST_ORDER, first)]
+    fine = fine[fine >= max(LOWEST_ORDER, first - 0.5 * width)]
     M, b = score_orders(rows, fit, instance.joint, fine)
     evidence = log_bayes_factor(M, b, instance.prior_std[None])
     return effect.at(instance.joint, _plain(float(fine[int(np.argmax(evidence))]), fine, evidence))

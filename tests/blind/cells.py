@@ -47,7 +47,8 @@ EFFECTS = (
     "encoder_step",
 )
 MODELS = ("ur10e", "ur5e")
-POSES = 40
+POSES, SIZE = 30, 0.5
+"""Few poses and half the usual size of effects, so that follow-ups have something to settle."""
 ROUND, ROUNDS = 10, 3
 """Poses of a follow-up's round, and rounds at most."""
 TIME_SCALE = 400
@@ -120,9 +121,9 @@ def _run(site: Site, folder: Path, seed: int, index: int) -> CellTrial:
 def _drawn(
     model: str, effect: str, seed: int, index: int, draw: np.random.Generator
 ) -> dict[str, Any]:
-    """An effect of the usual size, a step after some of the readings."""
+    """An effect; a step comes after some of the readings, whatever the clock says."""
     robot = read_robot(ROOT / "robocal" / "robots" / f"{model}.yaml")
-    options = Options(seed, index, "one", size=Size(POSES, 2, 2), effect=effect)
+    options = Options(seed, index, "one", size=Size(POSES, 2, 2), factor=SIZE, effect=effect)
     entries = dict(draw_case(robot, options).hidden[0].entries)
     if entries.pop("at_s", None) is not None:
         entries["after_readings"] = round(float(draw.uniform(*STEP_WITHIN)) * POSES)

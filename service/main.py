@@ -11,7 +11,7 @@ from importlib.metadata import version
 import uvicorn
 from fastapi import APIRouter, FastAPI
 
-from service import errors, health
+from service import api_examples, errors, health
 from service.access import setup
 from service.access.own_router import router as own_router
 from service.access.people import LINK_HOURS
@@ -88,6 +88,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(ReadPreferences)
     setup.install(app, settings)
     figures.install(app)
+    api_examples.install(app)
     api = APIRouter(prefix="/api/v1", max_body_size=int(settings.json_max_mb * 1e6))
     for router in (
         own_router,

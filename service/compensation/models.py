@@ -3,7 +3,7 @@
 from enum import StrEnum
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from robocal.compensation import Reach
 from service.campaigns.models import JointColumns
@@ -33,14 +33,6 @@ class WantedPose(Strict):
 
 class CompensationRequest(Strict):
     """Poses to be reached."""
-
-    model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [
-                {"poses": [{"xyz_mm": [1500.0, -200.0, 650.0], "quaternion": [0.0, 1.0, 0.0, 0.0]}]}
-            ]
-        }
-    )
 
     poses: Annotated[list[WantedPose], Field(min_length=1, max_length=MOST_TARGETS)]
     frame: Frame = Frame.cell

@@ -3,7 +3,7 @@
 from enum import StrEnum
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from service.cells.models import CellName, Strict
 
@@ -32,18 +32,6 @@ class DeliveryState(StrEnum):
 
 class NewWebhook(Strict):
     """A subscription."""
-
-    model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [
-                {
-                    "url": "https://mes.plant.example/robocal",
-                    "events": ["parameters.released", "drift.alarm"],
-                    "cell": "welding-3",
-                }
-            ]
-        }
-    )
 
     url: Annotated[str, Field(min_length=8, max_length=2000)]
     """http or https, without user and password."""

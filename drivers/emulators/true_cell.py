@@ -84,23 +84,24 @@ class TrueCell:
         self._segment = motion.at_rest(_start(config, self.nominal), self.clock.now())
         self._stops = [self._segment.target]
 
-    def joints(self) -> tuple[float, ...]:
-        """Joint readings of the controller now."""
-        return self._segment.joints(self.clock.now())
+    def joints(self, time_s: float) -> tuple[float, ...]:
+        """Joint readings of the controller at a world time since the last motion began."""
+        return self._segment.joints(time_s)
 
-    def moving(self) -> bool:
-        """Whether the robot moves now."""
-        return self._segment.moving(self.clock.now())
+    def moving(self, time_s: float) -> bool:
+        """Whether the robot moves at that time."""
+        return self._segment.moving(time_s)
 
     def move(self, target: tuple[float, ...], speed: float, acceleration: float) -> motion.Segment:
         """Start a motion from rest; refuse what a controller would refuse."""
         if self.safety not in MAY_MOVE:
             raise WorldError("unsafe", f"The safety state is {self.safety}: no motion.")
-        if self.moving():
+        now = self.clock.now()
+        if self.moving(now):
             raise WorldError("moving", "The robot moves already: stop it or wait.")
         self._check_target(target, speed, acceleration)
-        here = self.joints()
-        self._segment = motion.move(here, target, self.clock.now(), speed, acceleration)
+        here = self.joints(now)
+        self._segment = motion.move(here, target, now, speed, acceleration)
         self._last_speed = speed
         self._stops.append(target)
         self._last_motion = tuple(
@@ -112,10 +113,11 @@ class TrueCell:
 
     def guide(self, target: tuple[float, ...]) -> None:
         """Stand at these joints at once: a person has led the robot there by hand."""
-        if self.moving():
+        now = self.clock.now()
+        if self.moving(now):
             raise WorldError("moving", "The robot moves on a command: it cannot be led by hand.")
         self._check_target(target, 1.0, 1.0)
-        self._segment = motion.at_rest(target, self.clock.now())
+        self._segment = motion.at_rest(target, now)
         self._stops.append(target)
 
     def _draw_scatter(self) -> Vector:

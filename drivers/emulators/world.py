@@ -44,9 +44,16 @@ def hello(cell: TrueCell, request: Request) -> Reply:
 
 
 def robot(cell: TrueCell, request: Request) -> Reply:
-    """Give what the robot's controller believes."""
+    """Give what the robot's controller believes, all of one moment."""
     del request
-    return {"joints": cell.joints(), "moving": cell.moving(), "safety": cell.safety}
+    now = cell.clock.now()
+    # With a moment for each, a robot could be told at rest on its way to the target.
+    return {
+        "joints": cell.joints(now),
+        "moving": cell.moving(now),
+        "safety": cell.safety,
+        "time_s": now,
+    }
 
 
 def move(cell: TrueCell, request: Request) -> Reply:
@@ -122,7 +129,7 @@ def set_value(cell: TrueCell, request: Request) -> Reply:
 def truth(cell: TrueCell, request: Request) -> Reply:
     """Open the sealed truth; with `joints`, the target's true pose at those readings."""
     now = cell.circumstances(cell.clock.now())
-    q = np.array(request.get("joints", cell.joints()), dtype=float)
+    q = np.array(request.get("joints", cell.joints(float(now.time_s))), dtype=float)
     T = cell.target_pose(q, float(now.time_s))
     table = cell.table
     return {

@@ -2,11 +2,14 @@
 
 import math
 import socket
+import time
 
 import pytest
 from world_process import EXACT, PENDULUM, pendulum, world
 
 SAMPLES = 60
+SLOW = 2.0
+"""World seconds a second, where the robot must be met on its way, on a busy machine too."""
 
 
 @pytest.fixture(scope="module")
@@ -49,22 +52,23 @@ def travelled(t: float, distance: float, speed: float, acceleration: float) -> f
     ],
 )
 def test_a_move_follows_the_trapezoidal_profile(arm, distance, speed, acceleration, duration):
+    arm.set("time_scale", SLOW)
     segment = arm.ask("move", joints=[distance], speed=speed, acceleration=acceleration)["segment"]
     assert segment["duration_s"] == pytest.approx(duration)
     moving = 0
     for _ in range(SAMPLES):
-        # The time stamp is taken just before the reading; 1 ms of world time is 1 mm at most.
         state = arm.ask("robot")
         expected = travelled(state["time_s"] - segment["start_s"], distance, speed, acceleration)
-        assert state["joints"][0] == pytest.approx(expected, abs=0.02)
+        assert state["joints"][0] == pytest.approx(expected)
         moving += state["moving"]
-    assert moving > SAMPLES / 4
+    assert moving
     while arm.ask("robot")["moving"]:
         pass
     assert arm.ask("robot")["joints"] == [distance]
 
 
 def test_a_moving_target_is_measured_where_it_is_at_that_moment(arm):
+    arm.set("time_scale", SLOW)
     segment = arm.ask("move", joints=[3.0], speed=1.0, acceleration=2.0)["segment"]
     between = 0
     while arm.ask("robot")["moving"]:
@@ -76,7 +80,7 @@ def test_a_moving_target_is_measured_where_it_is_at_that_moment(arm):
         if 0.1 < angle < 1.5:
             assert y / x == pytest.approx(math.tan(angle))
             between += 1
-    assert between > 3
+    assert between
 
 
 def test_all_joints_start_and_end_together(tmp_path):
@@ -90,6 +94,7 @@ def test_all_joints_start_and_end_together(tmp_path):
 
 
 def test_a_stop_takes_half_of_speed_squared_over_deceleration(arm):
+    arm.set("time_scale", SLOW)
     segment = arm.ask("move", joints=[3.0], speed=1.0, acceleration=10.0)["segment"]
     while arm.ask("robot")["joints"][0] < 0.5:
         pass
@@ -123,16 +128,18 @@ def test_a_second_move_is_refused_while_the_first_runs(arm):
 
 @pytest.mark.parametrize("safety", ["protective_stop", "emergency_stop", "fault", "not_ready"])
 def test_a_safety_stop_brakes_the_robot_and_forbids_motion(arm, safety):
+    arm.set("time_scale", SLOW)
     arm.ask("move", joints=[3.0], speed=1.0, acceleration=10.0)
-    while arm.ask("robot")["joints"][0] < 0.2:
+    while (before := arm.ask("robot"))["joints"][0] < 0.2:
         pass
     arm.set("safety", safety)
-    while arm.ask("robot")["moving"]:
+    after = arm.ask("robot")
+    while (state := arm.ask("robot"))["moving"]:
         pass
-    state = arm.ask("robot")
     assert state["safety"] == safety
-    # 1 rad/s brakes within 1 / (2 x 10) rad; the rest is the time between two looks.
-    assert 0.2 < state["joints"][0] < 0.6
+    # 1 rad/s brakes within 1 / (2 x 10) rad, begun between the two looks.
+    low, high = before["joints"][0], before["joints"][0] + after["time_s"] - before["time_s"]
+    assert low + 0.05 - 1e-9 <= state["joints"][0] <= high + 0.05 + 1e-9
     assert arm.request("move", joints=[0], speed=1.0, acceleration=1.0)["error"] == "unsafe"
     arm.set("safety", "reduced")
     arm.ask("move", joints=[0], speed=1.0, acceleration=1.0)
@@ -156,11 +163,12 @@ def test_a_guarded_motion_ends_when_its_client_goes_away(arm, guarded):
 
 
 def test_the_clock_runs_at_its_scale_and_does_not_jump(arm):
+    began = time.monotonic()
     before = arm.ask("hello")["time_s"]
     arm.set("time_scale", 1000.0)
     after = arm.ask("hello")
     assert after["time_scale"] == 1000.0
-    assert before < after["time_s"] < before + 5.0
+    assert before < after["time_s"] < before + 1000.0 * (time.monotonic() - began)
     while arm.ask("hello")["time_s"] < before + 20.0:
         pass  # 20 s of the world within 20 ms of ours, else the suite's own time limit ends it.
 
@@ -171,3 +179,15 @@ def test_an_arm_without_length_moves_like_any_other(tmp_path):
     with world(tmp_path, dot, geometry_error={"length_mm": 0, "angle_mrad": 0}) as cell:
         cell.move_and_wait([0.5])
         assert cell.ask("robot")["joints"] == [0.5]
+
+
+def test_a_robot_told_at_rest_has_arrived(arm):
+    """Joints and motion are of one moment: a pause of the program between them cannot be seen."""
+    arm.set("time_scale", 1e6)
+    for number in range(SAMPLES):
+        # Long enough that motions end between two looks, or between two halves of one.
+        target = [1.0 + number % 2]
+        arm.ask("move", joints=target, speed=0.003, acceleration=1.0)
+        while (state := arm.ask("robot"))["moving"]:
+            pass
+        assert state["joints"] == target

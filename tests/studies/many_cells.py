@@ -48,8 +48,8 @@ class Outcome:
     workers: int
     killed: int
     seconds: float
-    paused: int
-    """Times that a campaign asked for a person."""
+    asked: list[str]
+    """What campaigns asked a person for."""
     missing: int
     doubled: int
     wrong_pose: int
@@ -65,7 +65,7 @@ class Plant:
     def __init__(self, site: Site, worlds: dict[str, World], campaigns: int) -> None:
         self.site = site
         self.worlds = worlds
-        self.paused = 0
+        self.asked: list[str] = []
         self._left = {
             name: campaigns // len(worlds) + (number < campaigns % len(worlds))
             for number, name in enumerate(worlds)
@@ -74,24 +74,25 @@ class Plant:
         for name, world in worlds.items():
             site.make_cell(world, name, armed=False)
 
-    def go_on(self) -> bool:
-        """Start the next campaign wherever the last one has all its readings; whether any is on."""
-        for name, number in self._current.items():
-            if number is not None and self.site.get(f"/cells/{name}").json()["armed"]:
-                # The cell is disarmed when its campaign has let go of the devices.
-                if self.site.campaign(number)["state"] == "paused":
-                    self.paused += 1
-                    self.site.post(f"/campaigns/{number}/resume")
-                continue
-            if number is not None:
-                # Four poses identify no robot: the numbers would only keep the cores busy.
-                self.site.post(f"/campaigns/{number}/abort")
-            self._current[name] = None
-            if self._left[name]:
-                self._left[name] -= 1
-                self.site.post(f"/cells/{name}/arm")
-                self._current[name] = self.site.start_campaign(poses_about_start(POSES), name)
-        return any(number is not None for number in self._current.values())
+    def attend(self, name: str) -> bool:
+        """Start a cell's next campaign if its last one has all readings; whether one is on."""
+        number = self._current[name]
+        if number is not None and self.site.get(f"/cells/{name}").json()["armed"]:
+            # The cell is disarmed when its campaign has let go of the devices.
+            found = self.site.campaign(number)
+            if found["state"] == "paused":
+                self.asked.append(f"campaign {number}: {found['reason']}")
+                self.site.post(f"/campaigns/{number}/resume")
+            return True
+        if number is not None:
+            # Four poses identify no robot: the numbers would only keep the cores busy.
+            self.site.post(f"/campaigns/{number}/abort")
+        self._current[name] = None
+        if self._left[name]:
+            self._left[name] -= 1
+            self.site.post(f"/cells/{name}/arm")
+            self._current[name] = self.site.start_campaign(poses_about_start(POSES), name)
+        return self._current[name] is not None
 
 
 def run(campaigns: int, cells: int, workers: int, kill_every: int, url: str) -> Outcome:
@@ -109,20 +110,22 @@ def run(campaigns: int, cells: int, workers: int, kill_every: int, url: str) -> 
         crew = [site.start_worker() for _ in range(workers)]
         plant = Plant(site, worlds, campaigns)
         began = time.monotonic()
-        while plant.go_on():
+        busy = True
+        while busy and time.monotonic() - began < LONGEST_S:
+            busy = False
+            for name in worlds:
+                busy |= plant.attend(name)
+                # By readings, not by time: so many deaths meet a fast machine as a slow one.
+                if kill_every and stored_readings(site) >= kill_every * (killed + 1):
+                    victim = rng.randrange(workers)
+                    crew[victim].kill()
+                    crew[victim] = site.start_worker()
+                    killed += 1
             time.sleep(0.1)
-            # By readings, not by time: so many deaths meet a fast machine as a slow one.
-            if kill_every and stored_readings(site) >= kill_every * (killed + 1):
-                victim = rng.randrange(workers)
-                crew[victim].kill()
-                crew[victim] = site.start_worker()
-                killed += 1
-            if time.monotonic() - began > LONGEST_S:
-                break
         seconds = time.monotonic() - began
         open_jobs = "SELECT count(*) FROM job WHERE state IN ('queued', 'running', 'held')"
         wait_until(lambda: site.rows(open_jobs) == [(0,)], LONGEST_S, 0.5)
-        known = Outcome(cells, campaigns, workers, killed, seconds, plant.paused, *[0] * 6)
+        known = Outcome(cells, campaigns, workers, killed, seconds, plant.asked, *[0] * 6)
         return judged(site, worlds, known)
 
 
@@ -157,7 +160,7 @@ def judged(site: Site, worlds: dict[str, World], known: Outcome) -> Outcome:
         known.workers,
         known.killed,
         known.seconds,
-        known.paused,
+        known.asked,
         missing=known.campaigns * POSES - len(visits),
         doubled=len(rows) - len(visits),
         wrong_pose=wrong,
@@ -180,11 +183,12 @@ def text(outcome: Outcome) -> str:
         ("readings of another pose than they say", outcome.wrong_pose),
         ("campaigns that met another on their cell", outcome.mixed),
         ("campaigns without an end", outcome.unfinished),
-        ("times that a campaign asked for a person", outcome.paused),
+        ("times that a campaign asked for a person", len(outcome.asked)),
         ("poses driven to again", outcome.driven_again),
         ("seconds until all readings were there", round(outcome.seconds)),
     ]
-    return table(("what", "count"), [(name, str(count)) for name, count in rows])
+    shown = table(("what", "count"), [(name, str(count)) for name, count in rows])
+    return "\n".join([shown, *(f"    {line}" for line in outcome.asked)])
 
 
 def main() -> int:

@@ -33,6 +33,8 @@ LEASE_S = 2.0
 NOISE = 2e-4
 """Ten times the scatter of instrument and robot [m]"""
 SEED = 20261122
+POSES_PER_CUT = 7
+"""More than a fast machine measures between two cuts: two, and those of the moment's wait."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,7 @@ def emulated(folder: Path, time_scale: float) -> Iterator[World]:
 def run(count: int, folder: Path, time_scale: float = 6.0) -> Outcome:
     """Cut so often during one campaign."""
     rng = random.Random(SEED)
-    poses = 3 * count + 10
+    poses = POSES_PER_CUT * (count + 1)
     site, cuts = Installation(folder), []
     with emulated(folder, time_scale) as world:
         begin_campaign(site.start(), world, poses)

@@ -5,7 +5,6 @@ joint that ends beyond its limit is brought inside by full turns where the limit
 """
 
 from dataclasses import dataclass, replace
-from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Float
@@ -22,6 +21,7 @@ from robocal.pose_solver import (
     solve_joints,
     turned_inside,
 )
+from robocal.reach import Reach
 
 _SINGULAR = 1e-3
 """Smallest singular value of the Jacobian, turns counted at `pose_solver.LEVER`, at which a pose
@@ -29,21 +29,6 @@ counts as singular: a joint turns by 1 mrad for each micrometre of the pose [m/r
 _NEAR = 5e-3
 """Error at the end of a failed iteration up to which the singular pose where it ended is to blame,
 not the arm's length; the size of a geometry error [m, rad]"""
-
-
-class Reach(StrEnum):
-    """Whether a wanted pose was reached."""
-
-    reached = "reached"
-    outside_limits = "outside_limits"
-    """Met, but by joints beyond their limits, and full turns do not help."""
-    singular = "singular"
-    """The pose, or the nominal one, is singular: it is met by large turns of joints, or missed by
-    no more than a geometry error."""
-    other_configuration = "other_configuration"
-    """Met, but with shoulder, elbow or wrist on the other side than with the nominal joints."""
-    not_reached = "not_reached"
-    """The arm does not come there."""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from robocal.compensation import Compensation, Reach
+from robocal.compensation import Compensation
+from robocal.reach import Reach
 from robocal.robots.robot import Robot
 
 

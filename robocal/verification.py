@@ -13,7 +13,7 @@ from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
 from robocal.compensated_effects import compensate_robot
-from robocal.compensation import Reach, nominal_in_cell
+from robocal.compensation import nominal_in_cell
 from robocal.errors import NoAnswer
 from robocal.identification.frames_start import start_frames
 from robocal.identification.observations import position_rows
@@ -21,6 +21,7 @@ from robocal.kinematics.forward import forward_kinematics
 from robocal.measurements import unmeasured_rows
 from robocal.planning.candidates import UNBOUND, draw_candidates
 from robocal.planning.cell import Cell
+from robocal.reach import Reach
 
 _MOST_DRAWN = 50
 """Random targets per target wanted after which the calibrated robot counts as unable"""

@@ -4,6 +4,7 @@
         version = cell_service.parameters("welding-3")
         joints = cell_service.compensate("welding-3", poses)
 
+It loads httpx, pydantic and the models of the interface, nothing of the service or the numerics.
 Every POST carries an `Idempotency-Key`, so that one whose answer was lost is sent again without
 being done twice. Errors are `Refused` with the service's own sentence.
 """
@@ -14,13 +15,21 @@ import time
 import uuid
 from collections.abc import Iterator, Sequence
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Literal, Self, TypeVar
 
 import httpx
 from pydantic import BaseModel
 
-from service.campaigns.models import Accepted, Campaign, Campaigns, CampaignState, NewCampaign
-from service.compensation.models import CompensatedJoints, CompensationRequest, WantedPose
+from service.campaigns.models import (
+    ENDED,
+    Accepted,
+    Campaign,
+    CampaignKind,
+    Campaigns,
+    CampaignState,
+    NewCampaign,
+)
+from service.compensation.models import CompensatedJoints, CompensationRequest, Frame, WantedPose
 from service.health_checks.models import CellHealth
 from service.parameters.models import Decision, History, Parameters
 from service.webhooks.models import NewWebhook, WebhookCreated, WebhookEvent
@@ -85,9 +94,17 @@ class Client:
         self._known[path] = (answer.headers["ETag"], found)
         return found
 
-    def compensate(self, cell: str, poses: Sequence[WantedPose]) -> CompensatedJoints:
+    def compensate(
+        self,
+        cell: str,
+        poses: Sequence[WantedPose],
+        frame: Frame = Frame.cell,
+        temperature_degc: float | None = None,
+    ) -> CompensatedJoints:
         """Return the joints that really reach the poses."""
-        request = CompensationRequest(poses=list(poses))
+        request = CompensationRequest(
+            poses=list(poses), frame=frame, temperature_degc=temperature_degc
+        )
         return self._post(f"/cells/{cell}/compensate", request, CompensatedJoints)
 
     def start(self, campaign: NewCampaign) -> Accepted:
@@ -98,9 +115,15 @@ class Client:
         """State and progress of a campaign."""
         return Campaign.model_validate_json(self._send("GET", f"/campaigns/{number}").content)
 
-    def campaigns(self, state: CampaignState | None = None) -> Iterator[Campaign]:
-        """Every campaign, newest first, page by page."""
-        query: dict[str, str | int] = {} if state is None else {"state": state}
+    def campaigns(
+        self,
+        state: CampaignState | None = None,
+        cell: str | None = None,
+        kind: CampaignKind | None = None,
+    ) -> Iterator[Campaign]:
+        """Every campaign that fits, newest first, page by page."""
+        wanted = {"state": state, "cell": cell, "kind": kind}
+        query: dict[str, str | int] = {k: v for k, v in wanted.items() if v is not None}
         while True:
             answer = self._send("GET", "/campaigns", params=query)
             page = Campaigns.model_validate_json(answer.content)
@@ -109,9 +132,35 @@ class Client:
                 return
             query["before"] = page.next_before
 
+    def watch(self, number: int) -> Iterator[Campaign]:
+        """Give a campaign at each of its changes, as they come, until it has ended."""
+        revision, failures = 0, 0
+        while True:
+            try:
+                for campaign in self._changes(number, revision):
+                    yield campaign
+                    if campaign.state in ENDED:
+                        return
+                    revision, failures = campaign.revision, 0
+            except httpx.TransportError:
+                failures += 1
+                if failures == _ATTEMPTS:
+                    raise
+            time.sleep(_BETWEEN_S)
+
+    def certificate(self, number: int, written: Literal["html", "pdf"] = "pdf") -> bytes:
+        """Return the certificate of a calibration, the same byte for byte every time."""
+        answer = self._send("GET", f"/campaigns/{number}/certificate", params={"format": written})
+        return answer.content
+
     def release(self, cell: str, version: int, reason: str = "") -> Parameters:
         """Let the MES use a version."""
         path = f"/cells/{cell}/parameters/{version}/release"
+        return self._post(path, Decision(reason=reason), Parameters)
+
+    def rollback(self, cell: str, version: int, reason: str = "") -> Parameters:
+        """Let the MES use an earlier released version again."""
+        path = f"/cells/{cell}/parameters/{version}/rollback"
         return self._post(path, Decision(reason=reason), Parameters)
 
     def history(self, cell: str) -> History:
@@ -152,11 +201,30 @@ class Client:
                 if attempt == _ATTEMPTS:
                     raise
                 time.sleep(_BETWEEN_S * attempt)
-        if answer.is_error:
-            problem = "application/problem+json" in answer.headers.get("Content-Type", "")
-            detail = answer.json()["detail"] if problem else answer.reason_phrase
-            raise Refused(answer.status_code, detail)
+        _require_success(answer)
         return answer
+
+    def _changes(self, number: int, revision: int) -> Iterator[Campaign]:
+        """States after a revision, until the service closes the stream."""
+        headers = {"Last-Event-ID": str(revision)}
+        with self._http.stream("GET", f"/campaigns/{number}/events", headers=headers) as answer:
+            if answer.is_error:
+                answer.read()
+            _require_success(answer)
+            name = ""
+            for line in answer.iter_lines():
+                field, _, value = line.partition(": ")
+                if field == "event":
+                    name = value
+                elif field == "data" and name == "progress":
+                    yield Campaign.model_validate_json(value)
+
+
+def _require_success(answer: httpx.Response) -> None:
+    if answer.is_error:
+        problem = "application/problem+json" in answer.headers.get("Content-Type", "")
+        detail = answer.json()["detail"] if problem else answer.reason_phrase
+        raise Refused(answer.status_code, detail)
 
 
 def is_genuine(secret: str, timestamp: str, signature: str, body: bytes, now: float) -> bool:

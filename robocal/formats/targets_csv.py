@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from robocal.compensation import Compensation, Reach
+from robocal.compensation import Compensation
 from robocal.errors import BadInput
 from robocal.formats.measurements_csv import (
     POSITION,
@@ -20,6 +20,7 @@ from robocal.formats.measurements_csv import (
 from robocal.formats.table import Table, read_table, write_table
 from robocal.frames import rotation_from_quaternion
 from robocal.measurements import MeasurementSet
+from robocal.reach import Reach
 from robocal.robots.robot import Robot
 
 _UNIT_TOLERANCE = 1e-2

@@ -33,10 +33,10 @@ def compensate(
 ) -> None:
     """Joints that really reach the wanted tool poses; names the targets that cannot be reached."""
     from robocal.compensated_effects import compensate_robot
-    from robocal.compensation import Reach
     from robocal.formats.model_yaml import read_model
     from robocal.formats.targets_csv import read_targets, write_compensated
     from robocal.missed_targets import missed_sentence
+    from robocal.reach import Reach
 
     calibrated = read_model(model)
     robot = calibrated.robot

@@ -12,12 +12,13 @@ from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
 from robocal.compensated_effects import compensate_robot
-from robocal.compensation import Compensation, Reach
+from robocal.compensation import Compensation
 from robocal.errors import BadInput
 from robocal.formats.measurements_csv import joint_columns
 from robocal.formats.model_yaml import model_from_document
 from robocal.frames import rotation_from_quaternion
 from robocal.measurements import unmeasured_rows
+from robocal.reach import Reach
 from robocal.robots.robot import Robot
 from service.campaigns.models import JointColumns
 from service.cells.bounds import narrowed

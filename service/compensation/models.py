@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from robocal.compensation import Reach
+from robocal.reach import Reach
 from service.campaigns.models import JointColumns
 from service.cells.models import Strict
 

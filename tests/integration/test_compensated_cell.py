@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from robocal.compensation import Reach, compensate_targets
+from robocal.compensation import compensate_targets
 from robocal.formats.bundle import read_bundle
+from robocal.reach import Reach
 from robocal.uncertainty.evaluation import Settings, evaluate
 from robocal.verification import wanted_poses
 from service.calibration import calibrate_bundle

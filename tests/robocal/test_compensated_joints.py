@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robocal.compensation import Reach, compensate
+from robocal.compensation import compensate
 from robocal.kinematics.model import KinematicModel
+from robocal.reach import Reach
 from tests.elementary_kinematics import Arm, load_arm
 from tests.measured_cell import true_cell
 

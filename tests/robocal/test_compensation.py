@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from robocal.compensation import Reach, compensate, compensate_targets
+from robocal.compensation import compensate, compensate_targets
 from robocal.formats.model_yaml import write_model
 from robocal.missed_targets import missed_sentence
+from robocal.reach import Reach
 from tests.elementary_kinematics import shift
 from tests.robocal.formats.calibrated_arms import (
     CalibratedArm,

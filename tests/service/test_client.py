@@ -1,5 +1,8 @@
 """The Python client against a running service."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -43,6 +46,8 @@ def test_the_way_of_an_mes(mes, cell, database):
     assert np.abs(arm.true.poses(np.deg2rad(joints)) - target).max() < 1e-6
     assert [step.event for step in mes.history("c1").history] == ["released", "computed"]
     assert mes.health("c1").checks == []
+    with pytest.raises(Refused, match="has no identification"):
+        mes.certificate(number)
     hook = mes.subscribe("https://mes.plant.example/x", [WebhookEvent.drift_alarm])
     assert hook.secret
 
@@ -52,6 +57,29 @@ def test_campaigns_are_read_over_all_pages(mes, cell, client):
     numbers = [mes.start(wanted).id for _ in range(53)]
     assert [campaign.id for campaign in mes.campaigns()] == numbers[::-1]
     assert list(mes.campaigns(CampaignState.finished)) == []
+
+
+def test_a_campaign_is_watched_until_it_has_ended(mes, cell, client):
+    number = mes.start(NewCampaign(cell="c1", kind=CampaignKind.calibrate, poses=8)).id
+    seen = []
+    for campaign in mes.watch(number):
+        seen.append(campaign.state)
+        if len(seen) == 1:
+            assert client.post(f"campaigns/{number}/abort").is_success
+    assert seen[0] is CampaignState.queued
+    assert seen[-1] is CampaignState.aborted
+    assert [campaign.state for campaign in mes.watch(number)] == [CampaignState.aborted]
+    with pytest.raises(Refused, match="99"):
+        next(mes.watch(99))
+
+
+def test_the_client_loads_neither_service_nor_numerics():
+    heavy = ("numpy", "fastapi", "starlette", "sqlalchemy", "alembic", "uvicorn", "drivers")
+    program = f"import sys, service.client; print(set({heavy}) & set(sys.modules))"
+    found = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert found.stdout == "set()\n"
 
 
 def test_a_delivery_is_believed_only_with_its_signature_and_while_fresh():

@@ -136,9 +136,9 @@ def watched(browser: Browser, site: Site) -> Iterator[Watched]:
         yield Watched(context.new_page(), site)
 
 
-def plotted(page: Page) -> list[list[float]]:
+def plotted(page: Page, selector: str = "[data-plot]") -> list[list[float]]:
     """Heights of the points of every series, as plotly.js holds them."""
-    return page.locator("[data-plot]").evaluate("place => place.data.map(trace => [...trace.y])")
+    return page.locator(selector).evaluate("place => place.data.map(trace => [...trace.y])")
 
 
 def test_a_cell_is_made_calibrated_and_verified_in_the_browser(browser, site, world):

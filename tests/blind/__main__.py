@@ -67,6 +67,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, help="repeat the run that printed it")
     parser.add_argument("--orientation", action="store_true", help="full poses (6D)")
     parser.add_argument("--effect", help="hide only this one")
+    parser.add_argument("--poses", type=int, help="another number of poses than 120")
     parser.add_argument("--keep", type=Path, help="folder for bundles, truths and diagnoses")
     parser.add_argument("--workers", type=int, default=WORKERS, help="processes side by side")
     options = parser.parse_args()
@@ -74,6 +75,8 @@ def main() -> int:
     arguments = ("--orientation",) * options.orientation
     if options.effect:
         arguments = (*arguments, "--effect", options.effect)
+    if options.poses:
+        arguments = (*arguments, "--poses", str(options.poses))
     say(f"seed {seed}: repeat with --seed {seed}, the same kinds and --trials {options.trials}")
     with TemporaryDirectory() as scratch, workers(options.workers) as pool:
         ended = [

@@ -91,12 +91,13 @@ def create_app(settings: Settings) -> FastAPI:
     api_examples.install(app)
     api = APIRouter(prefix="/api/v1", max_body_size=int(settings.json_max_mb * 1e6))
     for router in (
+        # First, because routes are tried in this order and an MES reads all day.
+        parameters_router,
         own_router,
         access_router,
         cells_router,
         campaigns_router,
         results_router,
-        parameters_router,
         compensation_router,
         webhooks_router,
         base_calibrations_router,

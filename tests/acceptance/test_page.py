@@ -212,6 +212,8 @@ def keep_picture(page: Page, name: str) -> None:
     """Take the picture that README shows, where the run was asked for pictures."""
     if os.environ.get("ROBOCAL_SCREENSHOTS") != "1":
         return
+    # What was pressed or focused before may have scrolled the page.
+    page.evaluate("scrollTo(0, 0)")
     page.screenshot(path=PICTURES / name, animations="disabled")
 
 

@@ -9,10 +9,12 @@ the fit with its prior, but the data do not identify it.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
+from scipy.linalg.lapack import dgeqrf
 
 from robocal.kinematics.model import KinematicModel, parameter_names
 
@@ -142,7 +144,15 @@ def sort_columns(
 
 def _triangle(columns: Float[Array, "row column"]) -> Float[Array, "_ column"]:
     """Upper triangle of a QR factorisation."""
-    return np.asarray(np.linalg.qr(columns, mode="r"))
+    # LAPACK itself: on so few columns numpy's wrapper takes longer than the factorisation.
+    R = dgeqrf(columns)[0][: columns.shape[1]]
+    return np.asarray(R * _upper(*R.shape))
+
+
+@lru_cache(maxsize=128)
+def _upper(rows: int, columns: int) -> Float[Array, "rows columns"]:
+    """Ones on and above the diagonal."""
+    return np.triu(np.ones((rows, columns)))
 
 
 def _without_column(R: Float[Array, "row column"], index: int) -> Float[Array, "row _"]:

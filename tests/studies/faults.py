@@ -116,7 +116,7 @@ DEVICES = (
         "tracker",
         "relay",
         ("relay_host",),
-        (*_WIRE, "wrong_checksum", "wrong_id", *_CABLE),
+        (*_WIRE, "wrong_checksum", "wrong_id", "code", *_CABLE),
         options="?profile=relay_triggered_6d",
         serial=True,
     ),

@@ -93,8 +93,7 @@ class Soak:
         if self.states.total() < WARM_CAMPAIGNS:
             return
         own = psutil.Process(self.site.pid)
-        family = own.children(recursive=True)
-        (worker,) = [p for p in family if WORKER in " ".join(p.cmdline())]
+        (worker,) = filter(is_worker, own.children())
         for name, process in (("service", own), ("worker", worker)):
             megabytes = process.memory_info().rss / 1e6
             below = len(process.children())
@@ -105,6 +104,14 @@ class Soak:
         answer = self.client.request(method, path, **more)
         assert answer.is_success, f"{path}: {answer.text}"
         return answer.json()
+
+
+def is_worker(process: psutil.Process) -> bool:
+    """Whether a child of the service is the worker; one that is just ending is not."""
+    try:
+        return WORKER in " ".join(process.cmdline())
+    except psutil.Error:
+        return False
 
 
 def started(stack: ExitStack, folder: Path) -> Soak:

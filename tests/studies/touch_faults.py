@@ -25,6 +25,7 @@ IN_A_TOUCH_S = 0.1
 WRONG_MM, WRONG_RAD = 0.3, 1e-3
 """Ten standard deviations of what a sensor is off; touches lie farther apart."""
 LEFT_OUT = {"frozen", "plugged", "none"}
+AGAIN = 3
 _LASTS = ("unplugged", "wrong_baud")
 
 
@@ -89,7 +90,7 @@ def tried(rig: Rig, sensor: str, fault: str, replies: int) -> Outcome:
     switch(rig.stage.wires, [sensor, "plugged" if fault == "unplugged" else "none"])
     if status != CREATED:
         word, sentence = "resumed", str(answer["detail"])
-        status, answer = rig.take()
+        status, answer = taken_again(rig)
     taken = status == CREATED
     return Outcome(
         word if taken else "refused",
@@ -98,6 +99,15 @@ def tried(rig: Rig, sensor: str, fault: str, replies: int) -> Outcome:
         left + int(taken and not rig.is_true(answer)),
         0,
     )
+
+
+def taken_again(rig: Rig) -> tuple[int, dict]:
+    """Take the touch after the fault as a person does: again, where the robot was not read."""
+    for _ in range(AGAIN):
+        status, answer = rig.take()
+        if status == CREATED:
+            break
+    return status, answer
 
 
 def outcomes(

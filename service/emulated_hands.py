@@ -15,7 +15,7 @@ from service.world_client import WorldClient
 _TOUCH_WORDS = 5
 _LOOK_S = 0.5
 """How often a program in the background looks whether it is in front again [s]."""
-_STDIN = 0
+STDIN = 0
 
 
 class CellHands:
@@ -118,12 +118,12 @@ def typed_lines() -> Iterator[str]:
     """
     pending = b""
     while True:
-        if os.name == "posix" and not select.select([_STDIN], [], [], _LOOK_S)[0]:
+        if os.name == "posix" and not select.select([STDIN], [], [], _LOOK_S)[0]:
             continue
         if not _in_front():
             select.select([], [], [], _LOOK_S)
             continue
-        received = os.read(_STDIN, 4096)
+        received = os.read(STDIN, 4096)
         if not received:
             return
         *lines, pending = (pending + received).split(b"\n")
@@ -131,7 +131,7 @@ def typed_lines() -> Iterator[str]:
 
 
 def _in_front() -> bool:
-    return not os.isatty(_STDIN) or os.tcgetpgrp(_STDIN) == os.getpgrp()
+    return not os.isatty(STDIN) or os.tcgetpgrp(STDIN) == os.getpgrp()
 
 
 def converse(person: CellHands | StagePerson) -> None:

@@ -1,8 +1,8 @@
 """The emulated stage: needles sit in cups, and real drivers read what the stage truly is."""
 
-import io
 import json
 import math
+import os
 from contextlib import closing
 
 import numpy as np
@@ -105,8 +105,12 @@ def test_a_place_out_of_reach_and_an_unknown_word_are_refused(running):
 
 def test_a_person_leads_the_needles_by_lines_of_text(monkeypatch, call):
     lines = "master rod 0 0 350\nslave slide 1500 0 300\nmaster slide 1500 0 300\nhello\n"
-    monkeypatch.setattr("sys.stdin", io.StringIO(lines))
-    status, printed, _ = call("emulate", "--stage")
+    typed, keyboard = os.pipe()
+    monkeypatch.setattr("service.emulated_hands.STDIN", typed)
+    with os.fdopen(typed), os.fdopen(keyboard, "w") as person:
+        person.write(lines)
+        person.close()
+        status, printed, _ = call("emulate", "--stage")
     assert status == 0
     said = printed.splitlines()[-4:]
     assert said[:2] == [

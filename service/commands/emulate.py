@@ -182,5 +182,5 @@ def _introduce(addresses: StageAddresses) -> None:
     print(json.dumps(addresses.request("emulated"), indent=1))
     print("lead a needle into a cup: ROBOT CUP SLIDE_MM ANGLE_DEG LENGTH_MM")
     print("for instance: master rod 0 0 350; a sensor's fault: slide silence, slide none")
-    print('hidden faults of the stage: faults {"sag_mm_at_m": 0.5}')
+    print("hidden faults of the stage, as a JSON object of sag_mm_at_m and others: faults OBJECT")
     print("end of input or Ctrl+C ends it", flush=True)

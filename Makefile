@@ -16,7 +16,7 @@ serve: $(VENV)/installed
 	$(BIN)/robocal serve
 
 test: $(VENV)/installed browser
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 3 --dist loadfile
 
 # The pictures of README, taken by the tests of the pages.
 pictures: $(VENV)/installed browser
@@ -27,7 +27,7 @@ check: $(VENV)/installed browser
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 3 --dist loadfile
 
 bench: $(VENV)/installed
 	$(BIN)/python -m tests.benchmarks

@@ -1,7 +1,7 @@
 """From the headers of a request to its caller."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from starlette.datastructures import Headers
 from starlette.requests import cookie_parser
@@ -9,6 +9,7 @@ from starlette.requests import cookie_parser
 from service.access import keys, logins
 from service.access.caller import ANYONE, NOBODY, Caller, CallerKind
 from service.access.failures import Failures
+from service.access.known_keys import KnownKeys
 from service.access.scopes import Scope
 from service.access.secrets import form_token, same
 from service.db.engine import Database
@@ -33,6 +34,17 @@ class Authentication:
     failures: Failures
     is_open: bool
     key_used: Callable[[int], None]
+    known: KnownKeys = field(default_factory=KnownKeys)
+
+    def remembered(self, headers: Headers) -> Caller | None:
+        """Return whose key came, if it was valid a moment ago; for requests that only read."""
+        kind, _, key = headers.get("authorization", "").partition(" ")
+        found = self.known.find(key.strip()) if kind.lower() == "bearer" else None
+        if self.is_open or found is None:
+            return None
+        number, caller = found
+        self.key_used(number)
+        return caller
 
     def caller(self, headers: Headers, address: str) -> Caller:
         """Return who it is, `NOBODY` if no credentials came.
@@ -65,7 +77,9 @@ class Authentication:
             raise Unauthorised("Authorization: the key is not valid; ask an engineer for one.")
         number, name, scope = known
         self.key_used(number)
-        return Caller(CallerKind.key, name, scope)
+        caller = Caller(CallerKind.key, name, scope)
+        self.known.keep(key.strip(), number, caller)
+        return caller
 
 
 def require_scope(caller: Caller, needed: Scope) -> None:

@@ -22,6 +22,7 @@ from service.access.models import (
 from service.access.scopes import Scope
 from service.db.access_tables import ApiKeyRow, AuditRow, PersonRow
 from service.dependencies import (
+    AuthenticationDependency,
     CallerDependency,
     DatabaseDependency,
     OnceDependency,
@@ -87,9 +88,13 @@ def create_key(wanted: NewKey, once: OnceDependency, caller: CallerDependency) -
 
 
 @router.post("/keys/{key}/revoke", response_model=Key)
-def revoke_key(key: RowNumber, once: OnceDependency) -> Response:
+def revoke_key(
+    key: RowNumber, once: OnceDependency, authentication: AuthenticationDependency
+) -> Response:
     """Make a key invalid for good."""
-    return once.answer(lambda session: key_shown(keys.revoke(session, key)))
+    answer = once.answer(lambda session: key_shown(keys.revoke(session, key)))
+    authentication.known.forget()
+    return answer
 
 
 @router.get("/audit")

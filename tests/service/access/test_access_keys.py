@@ -3,7 +3,7 @@
 import pytest
 from sqlalchemy import text
 
-from service.access import keys
+from service.access import keys, known_keys
 from service.db.engine import Database
 from tests.credentials import KEY
 
@@ -43,6 +43,18 @@ def test_a_revoked_key_is_refused_at_once_and_its_name_is_free(client, program):
     again = client.post("keys", json={"name": "program-operate", "scope": "read"})
     assert again.status_code == 201
     assert client.post("keys/999/revoke").status_code == 404
+
+
+def test_a_key_revoked_elsewhere_changes_nothing_more_and_soon_reads_nothing(
+    client, program, database, monkeypatch
+):
+    known = program("operate")
+    assert known.get("cells").status_code == 200
+    with database.write() as session:
+        keys.revoke(session, client.get("keys").json()["keys"][0]["id"])
+    assert known.post("cells/c1/arm").status_code == 401
+    monkeypatch.setattr(known_keys, "FRESH_S", 0.0)
+    assert known.get("cells").status_code == 401
 
 
 @pytest.mark.parametrize("name", ["mes", "bootstrap"])

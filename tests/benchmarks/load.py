@@ -87,7 +87,7 @@ async def _reader(host: str, port: int, path: str, due: "asyncio.Queue[float]") 
     return Delays(delays, known)
 
 
-async def _page(host: str, port: int, path: str) -> int:
+async def _page(host: str, port: int, path: str, shown: asyncio.Semaphore) -> int:
     """One live page; the number of events that it got until it was closed."""
     reader, writer = await asyncio.open_connection(host, port)
     credentials = "".join(f"{name}: {value}\r\n" for name, value in BEARER.items())
@@ -95,7 +95,10 @@ async def _page(host: str, port: int, path: str) -> int:
     events = 0
     try:
         while line := await reader.readline():
-            events += line.startswith(b"event:")
+            if line.startswith(b"event:"):
+                events += 1
+                if events == 1:
+                    shown.release()
     finally:
         writer.close()
     return events
@@ -105,7 +108,11 @@ async def _send(url: str, cell: str, campaign: int) -> dict[str, object]:
     """Pages first, then reads on schedule."""
     host, port = urlsplit(url).hostname or "", urlsplit(url).port or 0
     events = f"/api/v1/campaigns/{campaign}/events"
-    pages = [asyncio.create_task(_page(host, port, events)) for _ in range(PAGES)]
+    shown = asyncio.Semaphore(0)
+    pages = [asyncio.create_task(_page(host, port, events, shown)) for _ in range(PAGES)]
+    for _ in pages:
+        # Open pages are the load, not their opening.
+        await shown.acquire()
     due: asyncio.Queue[float] = asyncio.Queue()
     path = f"/api/v1/cells/{cell}/parameters"
     readers = [asyncio.create_task(_reader(host, port, path, due)) for _ in range(CONNECTIONS)]

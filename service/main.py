@@ -132,7 +132,7 @@ class _Server(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
         if self.started:
-            # What was loaded stays: to look through it for garbage held all answers up for 0.3 s.
+            # What was loaded stays: to look through it for garbage holds all answers up.
             gc.collect()
             gc.freeze()
             host, port = self.servers[0].sockets[0].getsockname()[:2]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robocal.uncertainty.evaluation import OF_TOLERANCE, Evaluation
+from robocal.uncertainty.evaluation import Evaluation
 from robocal.uncertainty.refit_verdict import judge_refits
 from robocal.uncertainty.workspace_map import WorkspaceMap
 
@@ -40,7 +40,8 @@ def uncertainty_lines(evaluation: Evaluation, workspace: WorkspaceMap, out: Path
 def _stability(evaluation: Evaluation) -> str:
     if evaluation.settings.draws is not None:
         return "as many as asked for, their stability not judged"
-    met = f"{OF_TOLERANCE:g} of the numerical tolerance of {evaluation.settings.digits} digit(s)"
+    settings = evaluation.settings
+    met = f"{settings.share:g} of the numerical tolerance of {settings.digits} digit(s)"
     if evaluation.check.sampled.stable:
         return f"stable to {met}"
     return f"not yet stable to {met} at the most allowed"

@@ -5,7 +5,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from robocal.identification.result import AXES_OF_STD
-from robocal.uncertainty.evaluation import OF_TOLERANCE, Evaluation, RefitCheck
+from robocal.uncertainty.evaluation import Evaluation, RefitCheck
 from robocal.uncertainty.propagation import COVERAGE
 from robocal.uncertainty.refit_verdict import judge_refits
 from robocal.uncertainty.repeats import Scatter
@@ -141,7 +141,7 @@ def _monte_carlo(evaluation: Evaluation) -> dict[str, object]:
         "drawn_from": "refits" if check.by_refits else "distribution of the parameters",
         "digits": evaluation.settings.digits,
         "stable": sampled.stable,
-        "share_of_tolerance": OF_TOLERANCE,
+        "share_of_tolerance": evaluation.settings.share,
         "gum_validated": bool(validated.all()),
         "gum_validated_share": float(validated.mean()),
         "largest_distance_over_tolerance": float(

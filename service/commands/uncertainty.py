@@ -44,7 +44,7 @@ def uncertainty(
     from robocal.formats.poses_csv import read_poses
     from robocal.formats.uncertainty_json import uncertainty_document
     from robocal.identification.priors import choices_of
-    from robocal.uncertainty.evaluation import Settings, evaluate
+    from robocal.uncertainty.evaluation import JUDGING_SHARE, Settings, evaluate
     from robocal.uncertainty.workspace_map import map_workspace
     from service.calibration import calibrate_bundle
     from service.report_uncertainty import uncertainty_lines
@@ -59,7 +59,8 @@ def uncertainty(
         else:
             wanted = read_poses(poses, done.bundle.robot)
             q, lines = wanted.joints, wanted.lines
-        evaluation = evaluate(done.bundle, done.result, q, Settings(seed, digits, draws, refits))
+        settings = Settings(seed, digits, draws, refits, JUDGING_SHARE)
+        evaluation = evaluate(done.bundle, done.result, q, settings)
         workspace = map_workspace(done.bundle.robot, done.result.model, evaluation.sources, seed)
     document = uncertainty_document(evaluation, lines, workspace)
     document["mended"] = chosen.mended

@@ -39,6 +39,16 @@ def test_it_tells_the_tools_uncertainty_at_commanded_poses(call, sound_bundle, t
     assert all(0 < row["U95_mm"] < 1 for row in document["poses"])
 
 
+def test_its_draws_meet_a_fifth_of_the_tolerance_as_jcgm_101_asks(call, sound_bundle, tmp_path):
+    poses = tmp_path / "poses.csv"
+    poses.write_text("j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg\n10,-60,80,-20,40,5\n")
+    status, printed, _ = call(
+        "uncertainty", sound_bundle, "--poses", poses, "--out", tmp_path, "--refits", 0,
+    )  # fmt: skip
+    assert status == 0
+    assert "stable to 0.2 of the numerical tolerance of 1 digit(s)" in printed
+
+
 @pytest.mark.parametrize(
     ("budget", "complaint"),
     [

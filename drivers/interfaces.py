@@ -55,6 +55,10 @@ class JointMotion:
     """The robot is stopped and `NoReply` raised when it has not arrived by then [s]."""
 
 
+def nobody_looks(joints: tuple[float, ...]) -> None:
+    """Take the joints of a moving robot, and do nothing with them."""
+
+
 class Robot(Protocol):
     """A robot arm that can be sent to joint positions and read."""
 
@@ -66,13 +70,18 @@ class Robot(Protocol):
         """Read joints, motion and safety state once."""
         ...
 
-    def move(self, motion: JointMotion, may_continue: Callable[[], bool]) -> None:
+    def move(
+        self,
+        motion: JointMotion,
+        may_continue: Callable[[], bool],
+        seen: Callable[[tuple[float, ...]], None] = nobody_looks,
+    ) -> None:
         """Drive to the target and return when the controller says it has arrived.
 
         `may_continue` is asked at least every 50 ms; when it answers False the robot is stopped
-        and `Interrupted` raised. Checks the safety state before it starts. The motion is never
-        started twice by one call. Any error leaves the robot stopped or being stopped by the
-        watchdog in the controller.
+        and `Interrupted` raised. `seen` is told the joint readings as often, and must not wait.
+        Checks the safety state before it starts. The motion is never started twice by one call.
+        Any error leaves the robot stopped or being stopped by the watchdog in the controller.
         """
         ...
 

@@ -10,7 +10,14 @@ import time
 from collections.abc import Callable
 
 from drivers.errors import BadReply, Interrupted, NoReply, Refused, Unsafe
-from drivers.interfaces import MAY_MOVE, STOP_DECELERATION, JointMotion, RobotState, Safety
+from drivers.interfaces import (
+    MAY_MOVE,
+    STOP_DECELERATION,
+    JointMotion,
+    RobotState,
+    Safety,
+    nobody_looks,
+)
 from drivers.transport import JsonReply, LineSocket, ask_json, read_again
 
 REPLY_TIMEOUT_S = 2.0
@@ -70,14 +77,19 @@ class MockRobot:
             reply.number("time_s"),
         )
 
-    def move(self, motion: JointMotion, may_continue: Callable[[], bool]) -> None:
+    def move(
+        self,
+        motion: JointMotion,
+        may_continue: Callable[[], bool],
+        seen: Callable[[tuple[float, ...]], None] = nobody_looks,
+    ) -> None:
         """Drive to the target and return on arrival; see `drivers.interfaces.Robot`."""
         self._require_safe(self.state())
         deadline = time.monotonic() + motion.deadline_s
         arrived = False
         try:
             expected_s = self._start(motion)
-            self._follow(motion.joints, expected_s, deadline, may_continue)
+            self._follow(motion.joints, expected_s, deadline, may_continue, seen)
             arrived = True
         finally:
             if not arrived:
@@ -100,12 +112,14 @@ class MockRobot:
         expected_s: float,
         deadline: float,
         may_continue: Callable[[], bool],
+        seen: Callable[[tuple[float, ...]], None],
     ) -> None:
         arrival = time.monotonic() + expected_s
         while True:
             if not may_continue():
                 raise Interrupted(self._device, "move", "the motion was stopped on request")
             state = self.state()
+            seen(state.joints)
             self._require_safe(state)
             if not state.moving:
                 self._require_arrival(target, state)

@@ -10,9 +10,9 @@ from sqlalchemy import Table, func, insert, select, text
 from sqlalchemy.orm import Session
 
 from robocal.errors import BadInput
-from service.db.models import Base, ProbeRow, WorkerRow
+from service.db.models import Base, ProbeRow, WhereaboutsRow, WorkerRow
 
-_OF_THE_MOMENT = {WorkerRow.__tablename__, ProbeRow.__tablename__}
+_OF_THE_MOMENT = {row.__tablename__ for row in (WorkerRow, ProbeRow, WhereaboutsRow)}
 """Tables that speak of running processes, not of what was measured."""
 _AT_ONCE = 500
 

@@ -2,7 +2,7 @@
 
 The id of an event is the campaign's revision. A client that comes back with Last-Event-ID gets
 every reading accepted since, then the present state; one that has seen the end gets 204, at
-which a browser stops coming back.
+which a browser stops coming back. In between, without an id, comes where the arm is.
 """
 
 import json
@@ -15,6 +15,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from service.campaigns import life, store
+from service.campaigns.arm_now import arm_now
 from service.campaigns.models import ENDED, Campaign
 from service.db.engine import Database
 from service.db.models import PoseRow, ReadingRow
@@ -28,6 +29,8 @@ class Look:
 
     campaign: Campaign
     readings: tuple[str, ...]
+    arm: str | None
+    """Where the arm is, as the data of an event; None where nobody saw it, or of old."""
 
     @property
     def ended(self) -> bool:
@@ -44,7 +47,9 @@ def look(database: Database, number: int, since: int) -> Look:
     """Everything after revision `since`."""
     with database.read() as session:
         row = life.find(session, number)
-        return Look(store.shown(session, row), tuple(_readings(session, number, since)))
+        shown = store.shown(session, row)
+        arm = None if shown.state in ENDED else arm_now(session, database, number)
+        return Look(shown, tuple(_readings(session, number, since)), arm)
 
 
 async def stream(
@@ -57,8 +62,13 @@ async def stream(
 ) -> AsyncIterator[str]:
     """Events until the campaign ends or the client goes; `look_after` may be shared by pages."""
     silent_since = time.monotonic()
+    arm = None
     while True:
         seen = await look_after(number, since)
+        if seen.arm not in (None, arm):
+            arm = seen.arm
+            silent_since = time.monotonic()
+            yield f"event: arm\ndata: {arm}\n\n"
         if seen.campaign.revision > since:
             since = seen.campaign.revision
             silent_since = time.monotonic()

@@ -229,6 +229,15 @@ class ReferenceRow(Base):
     __table_args__ = (Index(None, "campaign"),)
 
 
+class WhereaboutsRow(Base):
+    """Where the robot was last seen on its way from pose to pose; overwritten."""
+
+    __tablename__ = "whereabouts"
+
+    campaign: Mapped[int] = mapped_column(ForeignKey("campaign.id"), primary_key=True)
+    joints: Mapped[list[float]]
+
+
 class BundleRow(Base):
     """An imported bundle, as a .zip of its checked files."""
 

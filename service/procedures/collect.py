@@ -43,6 +43,7 @@ from service.procedures.visit import (
     visit,
 )
 from service.procedures.ways import Judge, NextVisit, Route
+from service.procedures.whereabouts import Whereabouts
 
 VISITS = 2
 """How often a pose is driven to before it is skipped; each time all is judged anew."""
@@ -69,7 +70,8 @@ def collect(job: Job) -> None:
             # A motion that a dead worker had started may still be under way.
             devices.robot.stop()
             settle(devices.robot, 0.0, job.watch)
-            Course(job, setup, devices).run()
+            with Whereabouts(job) as whereabouts:
+                Course(job, setup, devices, whereabouts).run()
     except DriverError as error:
         job.watch.check()
         raise Held(str(error)) from error
@@ -118,12 +120,17 @@ def _setup(job: Job) -> Setup:
 class Course:
     """From pose to pose until none is left."""
 
-    def __init__(self, job: Job, setup: Setup, devices: Devices) -> None:
+    def __init__(self, job: Job, setup: Setup, devices: Devices, whereabouts: Whereabouts) -> None:
         self._job = job
         self._setup = setup
         self._devices = devices
         self._visitor = Visitor(
-            devices.robot, devices.tracker, setup.cell.tracker, setup.pace, job.watch
+            devices.robot,
+            devices.tracker,
+            setup.cell.tracker,
+            setup.pace,
+            job.watch,
+            whereabouts.saw,
         )
         references = setup.cell.references
         self._nests = None if references is None else FixedNests(references)

@@ -70,6 +70,8 @@ class Visitor:
     tracker_settings: TrackerSettings
     pace: Pace
     watch: Watch
+    seen: Callable[[tuple[float, ...]], None]
+    """Told the joints of the moving robot."""
 
 
 def pace_of(limits: Limits, settle_s: float) -> Pace:
@@ -143,7 +145,7 @@ def _drive(visitor: Visitor, start: tuple[float, ...], stop: tuple[float, ...]) 
     """Make one motion; the time it took [s]."""
     motion = _motion(start, stop, visitor.pace)
     began = time.perf_counter()
-    visitor.robot.move(motion, visitor.watch.may_continue)
+    visitor.robot.move(motion, visitor.watch.may_continue, visitor.seen)
     return time.perf_counter() - began
 
 

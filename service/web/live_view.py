@@ -17,13 +17,13 @@ from robocal.identification.observations import position_rows
 from robocal.kinematics.model import KinematicModel
 from robocal.robots.library import load_robot
 from service.campaigns import life
+from service.cells.arm_lines import arm_lines
 from service.cells.bounds import surroundings
 from service.cells.models import NewCell
 from service.db.engine import Database
 from service.db.models import CampaignRow, ParametersRow, PoseRow, ReadingRow
 from service.errors import NotFound
 from service.procedures.visit import spread_limit
-from service.web.arm_lines import Polylines, arm_lines, on_the_way
 
 LATEST = 300
 """Readings that the residuals are shown of."""
@@ -73,8 +73,8 @@ class Live:
 
     columns: list[str]
     joints: list[float]
-    path_mm: Polylines
-    """The arm on its way from the reading before to this one."""
+    arm_mm: list[list[int]]
+    """The arm where it was read; the campaign's events tell where it is by now."""
     position_mm: list[float]
     residuals: LiveResiduals | None
     sensors: SensorHealth
@@ -106,7 +106,7 @@ def live(database: Database, number: int, revision: int) -> Live | None:
     return Live(
         columns=list(joint_columns(robot)),
         joints=np.round(q[-1] / robot.joint_scale, 3).tolist(),
-        path_mm=arm_lines(robot, surroundings(cell), on_the_way(q[-2:])),
+        arm_mm=arm_lines(robot, surroundings(cell), q[-1:])[0],
         position_mm=[round(part * 1e3, 4) for part in last.position],
         residuals=_residuals(geometry, q, readings, identified=identified),
         sensors=SensorHealth(

@@ -7,13 +7,13 @@ import numpy as np
 
 from robocal.formats.measurements_csv import joint_columns
 from robocal.robots.library import load_robot, robot_path
+from service.cells.arm_lines import FRAMES_A_MOVE, Polylines, arm_lines, on_the_way
 from service.cells.bounds import surroundings
 from service.cells.models import NewCell
 from service.errors import Unusable
 from service.procedures.computation import NumericsFailed, compute
 from service.procedures.patience import patience
 from service.procedures.plan import CELL
-from service.web.arm_lines import FRAMES_A_MOVE, Polylines, arm_lines, on_the_way
 
 MOST_POSES = 200
 """More are not drawn: nobody looks at them one by one."""

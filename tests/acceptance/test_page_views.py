@@ -96,6 +96,7 @@ def test_the_previewed_plan_is_driven_while_two_people_watch_and_one_ends_it(
             otto = Watched(context.new_page(), place)
             otto.open(f"/campaigns/{number}")
             for one in (page, otto.page):
+                one.locator("#live[data-arms]").wait_for()
                 one.locator("#live[data-pose]").wait_for()
                 expect(one.locator("#live-position .value")).to_have_count(3)
             page.locator("#live-residuals .point").nth(7).wait_for()

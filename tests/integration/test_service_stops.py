@@ -1,9 +1,11 @@
 """Abort, pause, disarm, device failures, SIGTERM: the robot stands, and the campaign knows why."""
 
+import json
+import math
 import time
 
 import pytest
-from service_cell import emulated_world, installation, poses_about_start, wait_until
+from service_cell import START_DEG, emulated_world, installation, poses_about_start, wait_until
 
 POSES = 40
 FAR = [
@@ -197,6 +199,22 @@ def test_a_service_told_to_end_does_so_at_once_although_a_page_listens(own, worl
         began = time.monotonic()
         own.service.end()
         assert time.monotonic() - began < 6
+
+
+def test_a_page_is_told_where_the_arm_is_while_it_moves(shared, world, cell):
+    number = slow_motion(shared, world, cell)
+    angles = []
+    with shared.client.stream("GET", f"/campaigns/{number}/events") as live:
+        lines = live.iter_lines()
+        while len(angles) < 4:
+            if next(lines) == "event: arm":
+                told = json.loads(next(lines).removeprefix("data: "))
+                assert (told["columns"][0], len(told["arm_mm"][0])) == ("j1_deg", 3)
+                angles.append(told["joints"][0])
+        by_now = math.degrees(world.ask("robot")["joints"][0])
+    # It set out for +150 degrees, and nobody has read a pose yet.
+    assert START_DEG[0] <= angles[0] < angles[1] < angles[2] < angles[3] <= by_now < 150.0
+    assert shared.campaign(number)["done"] == 0
 
 
 def test_heartbeats_keep_a_silent_stream_alive(tmp_path, world):

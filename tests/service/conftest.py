@@ -3,12 +3,19 @@
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Event
 
 import httpx
 import pytest
 
+from service.clock import utc_now
 from service.db.engine import Database, open_database
+from service.db.models import CampaignRow, CellRow, PoseRow
 from service.db.upgrade import upgrade_schema
+from service.jobs.queue import JobKind
+from service.jobs.table_queue import TableQueue
+from service.jobs.watch import Watch
+from service.procedures.job import Job
 from service.settings import Settings
 from tests.credentials import BEARER
 from tests.serving import PATIENCE_S, serving
@@ -68,3 +75,22 @@ def cell(client: httpx.Client) -> dict:
     assert client.post("cells", json=body).status_code == 201
     assert client.post("cells/c1/arm").status_code == 200
     return body
+
+
+@pytest.fixture
+def job(database) -> Job:
+    """A claimed campaign of two poses of a two-joint robot, each to be visited twice."""
+    queue = TableQueue(database, lease_s=60)
+    with database.write() as session:
+        session.add(CellRow(name="c", document={}, armed=True, created=utc_now()))
+        session.flush()
+        campaign = CampaignRow(id=1, cell="c", kind="calibrate", state="running", pose_count=2)
+        campaign.repeats, campaign.settle_s, campaign.seed = 2, 0.1, 1
+        campaign.robot_yaml, campaign.joint_units, campaign.created = "", ["deg"] * 2, utc_now()
+        session.add(campaign)
+        session.flush()
+        for idx, commanded in enumerate(([0.5, -0.5], [0.5, 0.5])):
+            session.add(PoseRow(campaign=1, idx=idx, commanded=commanded, purpose="calibrate"))
+        queue.enqueue(session, 1, "c", JobKind.collect)
+    claim = queue.claim("w")
+    return Job(database, queue, claim, Watch(queue, claim, lambda: None, Event(), 1.0))

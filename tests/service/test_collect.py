@@ -1,16 +1,12 @@
 """What one visit writes, against the database alone; the driving is in tests/integration."""
 
-from threading import Event
-
 import pytest
 from sqlalchemy import select
 
 from drivers.interfaces import TrackerReading
-from service.clock import utc_now
-from service.db.models import CampaignRow, CellRow, JobRow, PoseRow, ReadingRow
-from service.jobs.queue import JobKind, LeaseLost
-from service.jobs.table_queue import TableQueue
-from service.jobs.watch import Stopped, Watch
+from service.db.models import CellRow, JobRow, PoseRow, ReadingRow
+from service.jobs.queue import LeaseLost
+from service.jobs.watch import Stopped
 from service.procedures.acceptance import Accepted, Attempt, accept, begin, skip, visits_ahead
 from service.procedures.job import Job
 from service.procedures.visit import Pace, Seconds, Sight
@@ -27,25 +23,6 @@ def sight(robot_time_s: float = 5.0) -> Sight:
         reading=TrackerReading((1.0, 2.0, 3.0), None, 0.0, 1, robot_time_s),
         seconds=Seconds(1.0, 0.1, 0.2),
     )
-
-
-@pytest.fixture
-def job(database) -> Job:
-    """A claimed campaign of two poses of a two-joint robot, each to be visited twice."""
-    queue = TableQueue(database, lease_s=60)
-    with database.write() as session:
-        session.add(CellRow(name="c", document={}, armed=True, created=utc_now()))
-        session.flush()
-        campaign = CampaignRow(id=1, cell="c", kind="calibrate", state="running", pose_count=2)
-        campaign.repeats, campaign.settle_s, campaign.seed = 2, 0.1, 1
-        campaign.robot_yaml, campaign.joint_units, campaign.created = "", ["deg"] * 2, utc_now()
-        session.add(campaign)
-        session.flush()
-        for idx, commanded in enumerate(([0.5, -0.5], [0.5, 0.5])):
-            session.add(PoseRow(campaign=1, idx=idx, commanded=commanded, purpose="calibrate"))
-        queue.enqueue(session, 1, "c", JobKind.collect)
-    claim = queue.claim("w")
-    return Job(database, queue, claim, Watch(queue, claim, lambda: None, Event(), 1.0))
 
 
 def coming(job: Job) -> NextVisit | None:

@@ -13,7 +13,14 @@ from collections.abc import Callable
 from drivers.addresses import Address
 from drivers.devices.modbus.contract import CHECK_WORD, SEQUENCES, Contract, Status
 from drivers.errors import Interrupted, NoReply, Refused, Unsafe
-from drivers.interfaces import MAY_MOVE, STOP_DECELERATION, JointMotion, RobotState, Safety
+from drivers.interfaces import (
+    MAY_MOVE,
+    STOP_DECELERATION,
+    JointMotion,
+    RobotState,
+    Safety,
+    nobody_looks,
+)
 from drivers.modbus_link import over_tcp
 from drivers.transport import read_again
 
@@ -107,7 +114,12 @@ class ModbusRobot:
             status.joints, status.busy, safety, ADVICE.get(safety, ""), status.clock_s
         )
 
-    def move(self, motion: JointMotion, may_continue: Callable[[], bool]) -> None:
+    def move(
+        self,
+        motion: JointMotion,
+        may_continue: Callable[[], bool],
+        seen: Callable[[tuple[float, ...]], None] = nobody_looks,
+    ) -> None:
         """Send one motion command and follow it to its end; see `drivers.interfaces.Robot`.
 
         Raises
@@ -131,7 +143,7 @@ class ModbusRobot:
             self._ask_permission(may_continue)
             self._link.write("move", self._contract.command_places.start, block)
             self._await_acceptance(sequence)
-            self._follow(sequence, motion, deadline_s, may_continue)
+            self._follow(sequence, motion, deadline_s, may_continue, seen)
         except BaseException:
             # A lost connection is closed already: the heartbeat has ended, the watchdog stops it.
             if self._link.is_open:
@@ -235,11 +247,13 @@ class ModbusRobot:
         motion: JointMotion,
         deadline_s: float,
         may_continue: Callable[[], bool],
+        seen: Callable[[tuple[float, ...]], None],
     ) -> None:
         while True:
             self._ask_permission(may_continue)
             self._beat()
             status = self._watch()
+            seen(status.joints)
             self._require_safe("move", status)
             self._require_own(sequence, status)
             if status.done == sequence and not status.busy:

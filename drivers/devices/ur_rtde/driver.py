@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 
 from drivers.errors import Interrupted, NoReply, Refused, Unreachable, Unsafe
-from drivers.interfaces import MAY_MOVE, JointMotion, RobotState
+from drivers.interfaces import MAY_MOVE, JointMotion, RobotState, nobody_looks
 
 from .messages import AskProgress, AskState, Done, Progress, StartMotion, StopMotion
 from .probe import probe
@@ -91,7 +91,12 @@ class UrRtde:
         """
         return self._open_session().ask(AskState(), RobotState, REPLY_DEADLINE_S)
 
-    def move(self, motion: JointMotion, may_continue: Callable[[], bool]) -> None:
+    def move(
+        self,
+        motion: JointMotion,
+        may_continue: Callable[[], bool],
+        seen: Callable[[tuple[float, ...]], None] = nobody_looks,
+    ) -> None:
         """Send one asynchronous moveJ and follow it to its end.
 
         The child stops the arm by itself when it is not asked for progress for 0.15 s, and the
@@ -119,7 +124,10 @@ class UrRtde:
             session.ask(request, Done, START_DEADLINE_S)
             while not arrived:
                 self._ask_permission(may_continue)
-                arrived = self._look(session, end_s, motion.deadline_s)
+                progress = session.ask(AskProgress(), Progress, REPLY_DEADLINE_S)
+                seen(progress.state.joints)
+                self._require_progress(progress, end_s, motion.deadline_s)
+                arrived = progress.arrived
                 if not arrived:
                     time.sleep(POLL_PERIOD_S)
         finally:
@@ -161,8 +169,7 @@ class UrRtde:
         if not may_continue():
             raise Interrupted(self._device, "moveJ", "stopped, the caller no longer wants it")
 
-    def _look(self, session: Session, end_s: float, deadline_s: float) -> bool:
-        progress = session.ask(AskProgress(), Progress, REPLY_DEADLINE_S)
+    def _require_progress(self, progress: Progress, end_s: float, deadline_s: float) -> None:
         safety = progress.state.safety
         if safety not in MAY_MOVE:
             raise Unsafe(
@@ -181,4 +188,3 @@ class UrRtde:
                 "moveJ",
                 f"not there within {deadline_s:g} s and stopped: allow more time or a higher speed",
             )
-        return progress.arrived

@@ -62,6 +62,7 @@ function follow() {
     plot.add(latest);
     live?.add(latest);
   });
+  events.addEventListener("arm", (event) => live?.follow(JSON.parse(event.data)));
   events.addEventListener("progress", (event) => {
     const campaign = JSON.parse(event.data);
     showProgress(campaign, latest);

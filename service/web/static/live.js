@@ -9,6 +9,7 @@ import { Space } from "./space.js";
 import { say } from "./words.js";
 
 const REST_MS = 700;
+const STEPS = [0.2, 0.4, 0.6, 0.8, 1];
 
 export class LiveView {
   #seen = null;
@@ -19,9 +20,11 @@ export class LiveView {
   #ended = false;
   #plotly = null;
   #drawResiduals = null;
-  #path = [];
-  #walk = new ArmWalk((frame) => this.#space.show({ arm: this.#path[frame] }));
+  #followed = false;
+  #steps = [];
+  #walk = new ArmWalk((frame) => this.#space.show({ arm: this.#steps[frame] }));
   #space = null;
+  #prepared = null;
 
   constructor(section, number) {
     this.section = section;
@@ -43,6 +46,24 @@ export class LiveView {
   add(reading) {
     this.#done.add(reading.pose);
     this.#look();
+  }
+
+  // Where the arm was seen a moment ago: it is drawn on its way there from where it is drawn now.
+  async follow({ columns, joints, arm_mm: arm }) {
+    if (this.#ended) return;
+    this.#followed = true;
+    this.section.hidden = false;
+    showJoints(columns, joints);
+    try {
+      await this.#prepare(arm);
+    } catch {
+      // The service is away for a moment; the next one asks again.
+      return;
+    }
+    const from = this.#steps.at(-1) ?? arm;
+    this.#steps = STEPS.map((share) => between(from, arm, share));
+    this.#walk.go(0, this.#steps.length - 1);
+    this.section.dataset.arms = Number(this.section.dataset.arms ?? 0) + 1;
   }
 
   // A campaign that is opened late brings many readings at once, and a busy one many a second.
@@ -67,23 +88,29 @@ export class LiveView {
     this.section.hidden = false;
     this.#seen = live;
     showPosition(live.position_mm);
-    document.getElementById("live-joints").textContent = live.columns
-      .map((name, i) => jointOf(name, live.joints[i]))
-      .join("   ");
+    if (!this.#followed) showJoints(live.columns, live.joints);
     showSensors(live.sensors);
     if (live.residuals) this.#showResiduals();
-    await this.#prepare(live);
+    await this.#prepare(live.arm_mm);
     this.#space.show({ dots: this.#dots() });
-    this.#path = live.path_mm;
-    this.#walk.go(0, this.#path.length - 1);
+    // Where it was read; by now it may be on its way again.
+    if (!this.#followed) this.#space.show({ arm: live.arm_mm });
     this.section.dataset.pose = [...this.#done].at(-1);
   }
 
-  async #prepare(live) {
-    if (this.#space) return;
+  #prepare(arm) {
+    this.#prepared ??= this.#makeSpace(arm).catch((error) => {
+      this.#prepared = null;
+      throw error;
+    });
+    return this.#prepared;
+  }
+
+  async #makeSpace(arm) {
     this.#tips = await get(`/parts/campaigns/${this.number}/tips`);
     this.#space = new Space(document.getElementById("live-space"), { label: say("live_picture") });
-    this.#space.frame([...this.#tips.mm, ...live.path_mm.flat()]);
+    this.#space.frame([...this.#tips.mm, ...arm]);
+    this.#space.show({ dots: this.#dots() });
   }
 
   #dots() {
@@ -116,6 +143,16 @@ function showPosition(position) {
       return [element("dt", name), value, element("dd", "mm", "unit")];
     }),
   );
+}
+
+function showJoints(columns, joints) {
+  document.getElementById("live-joints").textContent = columns
+    .map((name, i) => jointOf(name, joints[i]))
+    .join("   ");
+}
+
+function between(from, to, share) {
+  return to.map((point, i) => point.map((part, axis) => from[i][axis] + share * (part - from[i][axis])));
 }
 
 function showSensors({ spread_mm: spread, allowed_mm: allowed, shots, visits_again: again, ...more }) {

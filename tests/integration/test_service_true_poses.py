@@ -76,6 +76,8 @@ def driven(site, cell: str, poses: object, **more: object) -> int:
     analyses = f"SELECT count(*) FROM job WHERE campaign = {number} AND kind = 'analyse'"
     wait_until(lambda: site.rows(analyses) == [(1,)], period_s=0.05)
     site.post(f"/campaigns/{number}/abort")
+    # A worker that has the job already needs a moment to let go of the cell.
+    site.await_state(number, *ENDED)
     return number
 
 

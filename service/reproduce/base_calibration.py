@@ -18,6 +18,7 @@ from service.reproduce.base_calibration_draws import (
     Errors,
     draw_projection,
     draw_registration,
+    draw_within_rounding,
     errors_of,
     paper_layout,
     touches_of,
@@ -36,6 +37,8 @@ _ALIGNED = np.tile([0.0, np.pi / 2, 0.0], (4, 1))
 _GENERAL = np.array([[0.5, 1.2, 0.6], [-0.5, 1.9, -0.4], [0.4, 1.8, -0.7], [-0.6, 1.3, 0.5]])
 """Wrists off the paper's alignment: there the needle's yaw is no polar angle [rad]"""
 _GENERAL_ELBOW = 0.5
+_MIDDLE = (2.5, 97.5)
+"""Bounds of the middle 95 % [%]"""
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,11 @@ class Comparison:
     printed: Printed
     own_draw: Projection
     """Our projection on the paper's own noisy joints."""
+    rounding: Errors
+    """The same on all joints that are printed alike."""
     projection: Errors
+    same_touches: Errors
+    """Weighted least squares on the projection's own 2 + 2 touches."""
     registration: Errors
     """4 + 4 touches, wrists as in the paper."""
     general: Errors
@@ -73,7 +80,9 @@ def _compare(experiment: Experiment, printed: Printed, draws: int, seed: int) ->
         experiment,
         printed,
         own,
+        draw_within_rounding(experiment, printed, draws, seed),
         draw_projection(experiment, amplitude, draws, seed),
+        draw_registration(experiment, paper, amplitude, draws, seed),
         draw_registration(experiment, aligned, amplitude, draws, seed),
         draw_registration(experiment, general, amplitude, draws, seed),
         _refusal(experiment, amplitude),
@@ -106,9 +115,10 @@ def report(rows: tuple[Comparison, ...]) -> str:
         "",
     ]
     lines += [
-        "| exp. | ampl. | printed | projection, printed joints | projection, median | draws no "
-        "worse than printed | registration 4 + 4, median | general touches, median |",
-        "|--|--|--|--|--|--|--|--|",
+        "| exp. | ampl. | printed | projection, printed joints | e_tran within their rounding, "
+        "95 % | projection, median | draws no worse than printed | least squares, same touches, "
+        "median | registration 4 + 4, median | general touches, median |",
+        "|--|--|--|--|--|--|--|--|--|--|",
     ]
     lines += [_table_5(row) for row in rows]
     lines += ["", f"General touches, projection method: {rows[0].refusal}.", ""]
@@ -157,8 +167,10 @@ def _table_5(row: Comparison) -> str:
         str(row.printed.amplitude),
         _pair(printed),
         row.own_draw.refusal if own is None else _pair(own),
+        " to ".join(f"{e * 1e3:.2f}" for e in np.percentile(row.rounding.tran, _MIDDLE)),
         _pair(_median(row.projection)),
         f"{no_worse[0]:.0%}, {no_worse[1]:.0%}",
+        _pair(_median(row.same_touches)),
         _pair(_median(row.registration)),
         _pair(_median(row.general)),
     ]

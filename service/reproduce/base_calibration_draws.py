@@ -14,7 +14,7 @@ from robocal.base_calibration.touches import Touches
 from robocal.frames import xyz_ypr_from_frame
 from robocal.kinematics.jacobian import pose_jacobian
 from robocal.progress import counted
-from service.reproduce.base_calibration_paper import Experiment, arm, scara
+from service.reproduce.base_calibration_paper import Experiment, Printed, arm, scara
 
 PERFECT_STAGE = Stage(
     sigma_slide=1e-6,
@@ -28,6 +28,8 @@ PERFECT_STAGE = Stage(
 """The paper leaves the sensors' errors out; figures far below its joint noise stand for none."""
 _FLOOR = 1e-6
 """Tip uncertainty that remains where all noisy joints are zero [m]"""
+_ROUNDING = 1e-4
+"""Last digit of table 2 [rad]"""
 _MASTER_PLACES = ((-0.3, 0.1), (0.5, -0.1), (0.1, 0.6), (0.1, -0.6))
 """Rod cup at the master's four touches: metres beyond the guide across it, and y in the master's
 base. Near joint 1's zero eq. (12) leaves little noise; far apart across the guide they level it."""
@@ -163,6 +165,23 @@ def draw_projection(experiment: Experiment, amplitude: float, draws: int, seed: 
     for _ in counted("document 001, projection", range(draws), draws):
         q = (noisy(part, amplitude, rng) for part in (layout.master, layout.slave))
         answer = project(touches_of(layout, amplitude, *q), PERFECT_STAGE)
+        if answer.transform is None:
+            raise AssertionError(answer.refusal)
+        found.append(errors_of(answer.transform, experiment))
+    return Errors(*np.array(found).T)
+
+
+def draw_within_rounding(experiment: Experiment, printed: Printed, draws: int, seed: int) -> Errors:
+    """The projection method on all joints that table 2 would print alike: +-0.5e-4 rad of each."""
+    layout, rng = paper_layout(experiment), np.random.default_rng(seed)
+    found = []
+    for _ in counted("document 001, rounding", range(draws), draws):
+        q = (
+            # A joint at zero has no noise, so its print is exact.
+            read + _ROUNDING * (rng.random(read.shape) - 0.5) * (at_rest != 0.0)
+            for read, at_rest in ((printed.master, layout.master), (printed.slave, layout.slave))
+        )
+        answer = project(touches_of(layout, printed.amplitude, *q), PERFECT_STAGE)
         if answer.transform is None:
             raise AssertionError(answer.refusal)
         found.append(errors_of(answer.transform, experiment))

@@ -51,8 +51,10 @@ def cell(site, world, request):
 def emulator(name: str, *arguments: str) -> Iterator[Process]:
     """An emulator in its own process."""
     running = Process(f"drivers.emulators.{name}", *arguments, environment={})
-    yield running
-    running.kill()
+    try:
+        yield running
+    finally:
+        running.kill()
 
 
 def change(site, cell: str, **sections: object) -> None:

@@ -211,7 +211,11 @@ def _with_unexercised(
     A true gauge moves the target alike at every pose and may stand at its nominal value. What is
     redundant only because a joint stood still is unknown elsewhere, and its prior must say so.
     """
+    held = redundancy.identified | redundancy.weak
     if redundancy.rank >= full_rank(cell, rows):
+        return redundancy
+    settled = held | (std == 0.0) | _same_shift(cell, held)
+    if settled.all():
         return redundancy
     few = rows.choose(np.linspace(0, len(rows) - 1, _GENERIC_ROWS).astype(int))
     spread = np.where(cell.geometry.prismatic, _GENERIC_SLIDE, _GENERIC_TURN)
@@ -219,11 +223,24 @@ def _with_unexercised(
     anywhere = column_kinds(cell, replace(few, joints=few.joints + noise * spread), std)
     told_elsewhere = np.zeros(len(cell.names), dtype=bool)
     told_elsewhere[anywhere.taken + anywhere.weak] = True
-    told_elsewhere &= ~(redundancy.identified | redundancy.weak)
+    told_elsewhere &= ~held
     reasons = dict(redundancy.reasons)
     for index in np.flatnonzero(told_elsewhere):
         reasons[cell.names[index]] += "; at these poses only: its prior stands for it elsewhere"
     return replace(redundancy, weak=redundancy.weak | told_elsewhere, reasons=reasons)
+
+
+def _same_shift(cell: CellModel, held: Bool[Array, "parameter"]) -> Bool[Array, "parameter"]:
+    """Shifts along an axis exactly parallel to a later one whose shift is held.
+
+    They move the target alike at every pose, so that no other pose has to be tried.
+    """
+    same = np.zeros(len(held), dtype=bool)
+    parallel = (cell.geometry.links[:, 3:5] == 0.0).all(axis=1)
+    for joint in np.flatnonzero(parallel[:-1])[::-1]:
+        following = 5 * (joint + 1) + 1
+        same[5 * joint + 1] = held[following] or same[following]
+    return same
 
 
 def _with_weak(

@@ -87,6 +87,8 @@ export class LiveView {
     if (!live || this.#ended) return;
     this.section.hidden = false;
     this.#seen = live;
+    document.getElementById("live-nothing").hidden = true;
+    document.getElementById("live-health").hidden = false;
     showPosition(live.position_mm);
     if (!this.#followed) showJoints(live.columns, live.joints);
     showSensors(live.sensors);

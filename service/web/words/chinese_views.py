@@ -116,4 +116,5 @@ CHINESE_VIEWS: dict[str, str] = {
         "跟踪仪读数与辨识后的机器人之间的距离，基座和工具按目前的读数拟合：标定后剩下的误差。"
     ),
     "live_residuals_wait": "从第 {enough} 个读数起显示。",
+    "live_nothing": "尚无读数。",
 }

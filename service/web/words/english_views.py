@@ -126,4 +126,5 @@ ENGLISH_VIEWS: dict[str, str] = {
         "the readings so far: what calibration leaves."
     ),
     "live_residuals_wait": "Shown from reading {enough} on.",
+    "live_nothing": "Nothing was read yet.",
 }

@@ -154,7 +154,11 @@ def campaign_events(
     settings: SettingsDependency,
     last_event_id: Annotated[RowNumber, Header()] = 0,
 ) -> Response:
-    """Send readings and progress as server-sent events, resumable by Last-Event-ID."""
+    """Send readings, progress and where the arm is as server-sent events.
+
+    `reading` and `progress` are resumed by Last-Event-ID; `arm` tells the joints of the moving
+    robot a few times a second, and has no id.
+    """
     seen = events.look(database, campaign, last_event_id)
     if seen.ended and seen.campaign.revision <= last_event_id:
         return Response(status_code=HTTPStatus.NO_CONTENT)

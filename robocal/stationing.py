@@ -18,8 +18,8 @@ from robocal.diagnosis.joint_fit import whitened_residual
 from robocal.diagnosis.linearised import linearise
 from robocal.formats.bundle import Bundle
 from robocal.identification.cell_model import CellModel
-from robocal.identification.identify import Prepared, prepare
 from robocal.identification.observations import Observations
+from robocal.identification.prepared import Prepared, prepare
 from robocal.identification.priors import Choices
 from robocal.identification.simultaneous import identify_simultaneously
 from robocal.identification.solve import frames_alone

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from robocal.diagnosis.diagnosis import Diagnosis, Verdict
-from robocal.identification.result import ResidualSummary
+from robocal.identification.result import Identification, ResidualSummary
 from robocal.measurements import MeasurementSet
 from service.calibration import Calibration
 
@@ -40,12 +40,19 @@ def identification_lines(done: Calibration, out: Path) -> list[str]:
         lines.append(f"measurements.csv line {row.line} not used: {row.reason}")
     for name, reason in result.unmet.items():
         lines.append(f"{name} was asked for, but is not identified: {reason}")
-    if result.reasons:
-        lines.append(f"redundant: {', '.join(result.reasons)}")
+    lines += _redundant(result)
     if not result.converged:
         lines.append("the iteration did not converge; do not use these parameters")
     lines.append(f"-> {out / 'identification.json'}, {out / 'model.yaml'}")
     return lines
+
+
+def _redundant(result: Identification) -> list[str]:
+    """What the data do not tell apart, the parameters with the same reason in one line."""
+    alike: dict[str, list[str]] = {}
+    for name, reason in result.reasons.items():
+        alike.setdefault(reason, []).append(name)
+    return [f"redundant: {', '.join(names)}: {reason}" for reason, names in alike.items()]
 
 
 def _kinds(rows: MeasurementSet) -> str:

@@ -6,7 +6,7 @@ from robocal.data_faults.search import find_slips
 from robocal.data_faults.slip import Slip
 from robocal.errors import BadInput
 from robocal.formats.bundle import Bundle, read_bundle
-from robocal.identification.identify import prepare
+from robocal.identification.prepared import prepare
 
 _MOST_SENTENCES = 6
 

@@ -36,7 +36,8 @@ from robocal.diagnosis.thinning import chosen_rows, evenly
 from robocal.formats.bundle import Bundle, RejectedRow
 from robocal.frames import invert
 from robocal.identification.adequacy import judge
-from robocal.identification.identify import Prepared, prepare
+from robocal.identification.prepared import Prepared, prepare
+from robocal.identification.priors import prior_centre
 from robocal.identification.simultaneous import identify_simultaneously
 from robocal.identification.solve import Solution, frames_alone, solve, solve_without_outliers
 
@@ -79,9 +80,11 @@ def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
     held_out = ready.rows.held_out
     observed = ready.observe(bundle, ~held_out)
     before = frames_alone(ready.start, observed, ready.choices, identify_simultaneously)
-    solution = solve_without_outliers(before.cell, observed, ready.choices, identify_simultaneously)
+    centre = prior_centre(before.cell, ready.start, ready.choices)
+    fit = (before.cell, observed, ready.choices, identify_simultaneously, centre)
+    solution = solve_without_outliers(*fit)
     if np.mean(~solution.used) > _MOST_OUTLYING:
-        solution = solve(before.cell, observed, ready.choices, identify_simultaneously)
+        solution = solve(*fit)
     targets = Targets(ready.rows, _all_circumstances(bundle, ready, solution))
     fitted = np.flatnonzero(~held_out)[solution.used]
     rows = targets.around.rows(chosen_rows(fitted, len(held_out)))

@@ -80,8 +80,19 @@ def _parameters(result: Identification) -> list[dict[str, object]]:
                 row["reason"] = f"asked for, but not identified: {result.reasons[name]}"
             elif name in result.reasons:
                 row["reason"] = result.reasons[name]
+            if name in result.combinations:
+                row["identified_with"] = _combination(result, name, unit)
             rows.append(row)
     return rows
+
+
+def _combination(result: Identification, name: str, unit: float) -> dict[str, float]:
+    """How far others move the target as a mm or degree of a parameter does, in mm and degrees."""
+    angle = dict(zip(result.cell.names, result.cell.is_angle, strict=True))
+    return {
+        other: move * unit / (_DEG if angle[other] else 1e-3)
+        for other, move in result.combinations[name].items()
+    }
 
 
 def _own_priors(result: Identification) -> dict[str, float]:

@@ -29,7 +29,6 @@ _GEOMETRY_LENGTH = 1e-3
 """How far a nominal robot misses its position; weighs positions against orientations [m]"""
 _GEOMETRY_ANGLE = 2e-3
 """The same for its orientation [rad]"""
-_MAX_ROWS = 600
 
 
 @dataclass(frozen=True)
@@ -51,11 +50,11 @@ def start_frames(geometry: KinematicModel, rows: Observations, n_places: int = 0
     geometry
         Nominal robot; its own base and tool frames are ignored.
     rows
-        Measured rows with positions among them; at most 600 are used, evenly spread.
+        Measured rows with positions among them; of many, some that stand for all are used.
     n_places
         Number of nests on the tool.
     """
-    rows = rows.choose(rows.position_weight > 0).evenly(_MAX_ROWS)
+    rows = rows.choose(rows.position_weight > 0).representative
     T = nominal_flange(geometry, rows.joints)
     R, P = T[:, :3, :3], T[:, :3, 3]
     p = rows.position.T

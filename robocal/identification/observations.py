@@ -12,6 +12,11 @@ from robocal.identification.kept_jacobian import KeptJacobian
 from robocal.instrument import InstrumentNoise
 from robocal.measurements import MeasurementSet
 
+REPRESENTATIVES = 400
+"""About so many rows show what the parameters do"""
+_LEAST_OF_A_KIND = 30
+_LEVELS_OF_A_JOINT = 10
+
 
 @dataclass(frozen=True)
 class Observations:
@@ -85,13 +90,35 @@ class Observations:
         }
         return replace(self, joints=self.joints[rows], **chosen)
 
-    def evenly(self, most: int) -> "Observations":
-        """At most so many rows, evenly spread."""
-        if len(self) <= most:
+    @cached_property
+    def representative(self) -> "Observations":
+        """Some rows that stand for all, weighted for those that they stand for; all of few.
+
+        Evenly spread over the rows of each place and of each kind of measurement, and over the
+        range of each joint: what only few rows can tell is not lost.
+        """
+        if len(self) <= REPRESENTATIVES:
             return self
+        kinds = (self.position_weight > 0) + 2 * (self.orientation_weight > 0)
+        kinds = kinds + 4 * (self.distance_weight > 0)
+        _, kind, counts = np.unique(8 * self.place + kinds, return_inverse=True, return_counts=True)
         chosen: Bool[Array, "row"] = np.zeros(len(self), dtype=bool)
-        chosen[np.linspace(0, len(self) - 1, most).astype(int)] = True
-        return self.choose(chosen)
+        for number, count in enumerate(counts):
+            wanted = max(_LEAST_OF_A_KIND, REPRESENTATIVES * count // len(self))
+            here = np.flatnonzero(kind == number)
+            chosen[here[np.linspace(0, count - 1, min(wanted, count)).astype(int)]] = True
+        for reading in self.joints.T:
+            order = np.argsort(reading)
+            levels = np.linspace(reading[order[0]], reading[order[-1]], _LEVELS_OF_A_JOINT)
+            chosen[order[np.searchsorted(reading[order], levels).clip(max=len(self) - 1)]] = True
+        stands_for = np.sqrt(counts / np.bincount(kind[chosen]))[kind[chosen]]
+        few = self.choose(chosen)
+        return replace(
+            few,
+            position_weight=few.position_weight * stands_for,
+            orientation_weight=few.orientation_weight * stands_for,
+            distance_weight=few.distance_weight * stands_for,
+        )
 
     def orientation_only(self) -> "Observations":
         """The orientation alone."""

@@ -143,3 +143,14 @@ def prior_std(cell: CellModel, choices: Choices) -> Float[Array, "parameter"]:
         elif name in choices.prior_std:
             std[index] = choices.prior_std[name]
     return std
+
+
+def prior_centre(cell: CellModel, start: CellModel, choices: Choices) -> CellModel:
+    """Where the priors are centred: own ones where the start was, all others where the cell is.
+
+    A start has the campaign's value of what an own prior speaks of.
+    """
+    vector = cell.vector
+    own = [cell.names.index(name) for name in choices.prior_std]
+    vector[own] = start.vector[own]
+    return cell.with_vector(vector)

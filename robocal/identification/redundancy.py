@@ -8,7 +8,7 @@ a move by the whole prior would change the residuals by less than their noise is
 the fit with its prior, but the data do not identify it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -24,7 +24,10 @@ leaves 1e-12, the weakest real dependence seen (axes parallel to 0.01 mrad) 1e-5
 _UNSEEN = 1e-12
 _PARALLEL = 0.05
 """Angle below which the next axis counts as nominally parallel, as in robots.from_axes [rad]"""
-_NAMED_SHARE = 0.05
+_NAMED_SHARE, _MOST_NAMED = 0.05, 6
+_TOLD_SHARE = 1e-3
+_ROOM = 3.0
+"""So many of their own prior standard deviations may the others move for a redundant one; [1]"""
 _SEEN = 1.0
 """A parameter counts as seen when a move by its prior standard deviation changes the whitened
 residuals by at least this much in all; [1]"""
@@ -43,6 +46,11 @@ class Redundancy:
     """Number of identified parameters."""
     condition: float
     """Largest over smallest singular value of the scaled columns of the identified parameters."""
+    combinations: dict[str, dict[str, float]] = field(default_factory=dict)
+    """Of a redundant parameter: how far others move the target as one unit of it does [m, rad].
+
+    What is identified of another one is its own error and so many times the redundant one's.
+    """
 
 
 def find_redundancy(
@@ -77,18 +85,31 @@ def split_columns(
     """
     kinds = sort_columns(J, order, free, prior_std)
     reasons = dict.fromkeys((names[k] for k in kinds.unseen), "these measurements do not see it")
+    combinations: dict[str, dict[str, float]] = {}
+    weak_ones = list(kinds.weak)
+    lengths = np.linalg.norm(J, axis=0)
     for index, column in kinds.redundant.items():
         before = len(column)
         shares = np.linalg.solve(kinds.triangle[:before, :before], column)
         reasons[names[index]] = _in_words(shares, kinds.taken, names)
+        others = kinds.taken[:before]
+        moves = shares * lengths[index] / lengths[others]
+        combinations[names[index]] = {
+            names[other]: float(move)
+            for other, move, share in zip(others, moves, shares, strict=True)
+            if abs(share) > _TOLD_SHARE
+        }
+        if (np.abs(moves) * prior_std[index] > _ROOM * prior_std[others]).any():
+            weak_ones.append(index)
+            reasons[names[index]] += "; kept with its prior, they could not move as far"
     for index in kinds.weak:
         reasons[names[index]] = "the measurements say less of it than its prior does"
     identified, weak = np.zeros((2, len(names)), dtype=bool)
     identified[kinds.taken] = True
-    weak[kinds.weak] = True
+    weak[weak_ones] = True
     sigma = np.linalg.svd(kinds.triangle, compute_uv=False)
     condition = float(sigma[0] / sigma[-1]) if len(sigma) and sigma[-1] > 0 else float("inf")
-    return Redundancy(identified, weak, reasons, len(kinds.taken), condition)
+    return Redundancy(identified, weak, reasons, len(kinds.taken), condition, combinations)
 
 
 @dataclass(frozen=True)
@@ -158,7 +179,7 @@ def _upper(rows: int, columns: int) -> Float[Array, "rows columns"]:
 def _without_column(R: Float[Array, "row column"], index: int) -> Float[Array, "row _"]:
     """Triangle of the other columns."""
     rest = np.concatenate([R[:, :index], R[:, index + 1 :]], axis=1)
-    if index < rest.shape[1]:
+    if index < min(rest.shape):
         tail = _triangle(rest[index:, index:])
         rest[index:, index:] = 0.0
         rest[index : index + len(tail), index:] = tail
@@ -185,7 +206,10 @@ def preference(model: KinematicModel, n_more: int = 0) -> list[int]:
 def _in_words(shares: Float[Array, "_"], taken: list[int], names: tuple[str, ...]) -> str:
     """The identified parameters that together, by their shares, move the target as this one."""
     strongest = np.argsort(-np.abs(shares))
-    alike = [names[taken[k]] for k in strongest if abs(shares[k]) > _NAMED_SHARE][:6]
+    alike = [names[taken[k]] for k in strongest if abs(shares[k]) > _NAMED_SHARE]
     if len(alike) == 1:
         return f"parallel to {alike[0]}"
+    if len(alike) > _MOST_NAMED:
+        more = len(alike) - _MOST_NAMED
+        return f"moves the target as {', '.join(alike[:_MOST_NAMED])} and {more} others do together"
     return f"moves the target as {', '.join(alike[:-1])} and {alike[-1]} do together"

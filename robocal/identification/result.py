@@ -64,6 +64,8 @@ class Identification:
         Of the free parameters, prior included, in the units of the vector [m, rad].
     reasons
         Why a parameter is redundant, by name.
+    combinations
+        What of others is identified together with a redundant one; see `Redundancy`.
     choices
         What was asked of single parameters, less the wishes to be free that could not be met.
     unmet
@@ -75,6 +77,7 @@ class Identification:
     free: Int[Array, "free"]
     covariance: Float[Array, "free free"]
     reasons: dict[str, str]
+    combinations: dict[str, dict[str, float]]
     choices: Choices
     unmet: dict[str, str]
     rank: int

@@ -21,7 +21,6 @@ from robocal.identification.redundancy import (
 from robocal.identification.strategy import Fit, Problem, Strategy
 from robocal.progress import tell
 
-_STRUCTURE_ROWS = 400
 _GENERIC_ROWS = 60
 """As many scalars as there are parameters, with plenty to spare"""
 _GENERIC_TURN, _GENERIC_SLIDE = 1.5, 0.3
@@ -84,14 +83,12 @@ def column_kinds(
 def _columns(
     cell: CellModel, rows: Observations, std: Float[Array, "parameter"]
 ) -> tuple[Float[Array, "scalar parameter"], list[int]]:
-    """Whitened Jacobian of some of the rows that stand for all, and the order of preference.
+    """Whitened Jacobian of the rows that stand for all, and the order of preference.
 
     What is asked to be free comes before all others, so that of parameters that move the target
     alike the one asked for is identified.
     """
-    few = rows.evenly(_STRUCTURE_ROWS)
-    J = whitened_jacobian(cell, few, np.arange(len(cell.names)))
-    J *= np.sqrt(len(rows) / len(few))
+    J = whitened_jacobian(cell, rows.representative, np.arange(len(cell.names)))
     n_more = len(cell.names) - cell.geometry.n_parameters
     order, asked = preference(cell.geometry, n_more), np.isinf(std)
     return J, sorted(order, key=lambda index: not asked[index]) if asked.any() else order
@@ -155,11 +152,15 @@ def solve(
 
 
 def solve_without_outliers(
-    start: CellModel, rows: Observations, choices: Choices, how: Strategy
+    start: CellModel,
+    rows: Observations,
+    choices: Choices,
+    how: Strategy,
+    nominal: CellModel | None = None,
 ) -> Solution:
     """Like `solve`, leaving out rows that do not belong; every row is judged anew in each round."""
     tell("fitting the geometry")
-    solution = solve(start, rows, choices, how)
+    solution = solve(start, rows, choices, how, nominal)
     for _ in range(_MAX_REJECTIONS):
         used = ~solution.scores.outlying
         if (used == solution.used).all() or used.sum() * 2 < len(rows):
@@ -214,10 +215,12 @@ def _with_unexercised(
     held = redundancy.identified | redundancy.weak
     if redundancy.rank >= full_rank(cell, rows):
         return redundancy
-    settled = held | (std == 0.0) | _same_shift(cell, held)
+    settled = held | (std == 0.0) | _same_shift(cell, redundancy.identified)
     if settled.all():
         return redundancy
-    few = rows.choose(np.linspace(0, len(rows) - 1, _GENERIC_ROWS).astype(int))
+    few = rows.representative
+    if len(few) < _GENERIC_ROWS:
+        few = few.choose(np.linspace(0, len(few) - 1, _GENERIC_ROWS).astype(int))
     spread = np.where(cell.geometry.prismatic, _GENERIC_SLIDE, _GENERIC_TURN)
     noise = np.random.default_rng(0).normal(size=few.joints.shape)
     anywhere = column_kinds(cell, replace(few, joints=few.joints + noise * spread), std)
@@ -230,16 +233,16 @@ def _with_unexercised(
     return replace(redundancy, weak=redundancy.weak | told_elsewhere, reasons=reasons)
 
 
-def _same_shift(cell: CellModel, held: Bool[Array, "parameter"]) -> Bool[Array, "parameter"]:
-    """Shifts along an axis exactly parallel to a later one whose shift is held.
+def _same_shift(cell: CellModel, identified: Bool[Array, "parameter"]) -> Bool[Array, "parameter"]:
+    """Shifts along an axis exactly parallel to a later one whose shift is identified.
 
     They move the target alike at every pose, so that no other pose has to be tried.
     """
-    same = np.zeros(len(held), dtype=bool)
+    same = np.zeros(len(identified), dtype=bool)
     parallel = (cell.geometry.links[:, 3:5] == 0.0).all(axis=1)
     for joint in np.flatnonzero(parallel[:-1])[::-1]:
         following = 5 * (joint + 1) + 1
-        same[5 * joint + 1] = held[following] or same[following]
+        same[5 * joint + 1] = identified[following] or same[following]
     return same
 
 

@@ -12,7 +12,8 @@ from jaxtyping import Int
 from numpy import ndarray as Array
 
 from robocal.formats.bundle import Bundle
-from robocal.identification.identify import Prepared, prepare, summarise
+from robocal.identification.identify import summarise
+from robocal.identification.prepared import Prepared, prepare
 from robocal.identification.priors import prior_std
 from robocal.identification.result import Identification, ResidualSummary
 from robocal.identification.solve import problem_of

@@ -9,8 +9,8 @@ from numpy import ndarray as Array
 
 from robocal.formats.bundle import Bundle
 from robocal.identification.cell_model import CellModel
-from robocal.identification.identify import prepare
 from robocal.identification.observations import Observations
+from robocal.identification.prepared import prepare
 from robocal.identification.priors import prior_std
 from robocal.identification.problem import NormalEquations, normal_equations
 from robocal.identification.result import Identification

@@ -8,8 +8,8 @@ from numpy import ndarray as Array
 
 from robocal.formats.bundle import Bundle
 from robocal.identification.cell_model import CellModel
-from robocal.identification.identify import prepare
 from robocal.identification.observations import Observations
+from robocal.identification.prepared import prepare
 from robocal.identification.problem import residuals
 from robocal.identification.result import Identification
 from robocal.identification.simultaneous import identify_simultaneously

@@ -23,7 +23,7 @@ from drivers.emulators.true_cell import TrueCell
 from drivers.emulators.visibility import Sigma, difference, geometry_basis, visibility
 from drivers.emulators.world_config import read_config
 from robocal.formats.bundle import read_bundle
-from robocal.identification.identify import prepare
+from robocal.identification.prepared import prepare
 from robocal.measurements import MeasurementSet
 from tests.blind.intervals import Rate, mean, rate
 from tests.blind.rates import VISIBLE, Line, is_settled, is_unsure, top_is, top_states

@@ -12,7 +12,7 @@ import numpy as np
 
 from robocal.formats.bundle import read_bundle
 from robocal.identification.cell_model import CellModel
-from robocal.identification.identify import prepare
+from robocal.identification.prepared import prepare
 from robocal.identification.simultaneous import identify_simultaneously
 from robocal.identification.solve import frames_alone, solve
 from robocal.kinematics.model import KinematicModel

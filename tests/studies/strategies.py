@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from robocal.formats.bundle import read_bundle
 from robocal.identification.cell_model import CellModel
-from robocal.identification.identify import Prepared, prepare
 from robocal.identification.observations import Observations
+from robocal.identification.prepared import Prepared, prepare
 from robocal.identification.priors import prior_std
 from robocal.identification.simultaneous import identify_simultaneously
 from robocal.identification.solve import frames_alone, structure

@@ -17,7 +17,7 @@ from robocal.diagnosis.effect import Moves, base_index, theta, tool_index
 from robocal.diagnosis.evidence import chi_square
 from robocal.diagnosis.linearised import Linearised
 
-SIGNIFICANT = 4e-4
+SIGNIFICANT = 1e-4
 """Chance per block that counts as a dependence; [1]"""
 ORIENTATION = "tool_orientation"
 SWAYS = 12

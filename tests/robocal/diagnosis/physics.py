@@ -149,6 +149,7 @@ def share_of_time(rows: Rows) -> np.ndarray:
 
 STEP_ROW = 10
 TAU = 300.0
+TAKEN_UP = 5.0
 
 Effect = Callable[[Arm, Rows, int, float], np.ndarray]
 PHYSICS: dict[str, Effect] = {
@@ -165,7 +166,7 @@ PHYSICS: dict[str, Effect] = {
     "joint_coupling": lambda arm, rows, j, c: turned(arm, rows, j, c * rows.q[:, j - 2]),
     "backlash": lambda arm, rows, j, c: turned(arm, rows, j, -c / 2 * rows.approach[:, j - 1]),
     "load_backlash": lambda arm, rows, j, c: turned(
-        arm, rows, j, c / 2 * np.sign(torque(arm, rows, j))
+        arm, rows, j, c / 2 * np.maximum(np.minimum(torque(arm, rows, j) / TAKEN_UP, 1.0), -1.0)
     ),
     "settling": lambda arm, rows, j, c: turned(
         arm, rows, j, -c * (rows.q - rows.previous)[:, j - 1] * rows.speed / rows.speed.mean()

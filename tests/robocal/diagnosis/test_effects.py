@@ -14,7 +14,7 @@ from robocal.diagnosis.extended import FittedEffect, predict
 from robocal.formats.robot_yaml import read_robot
 from robocal.measurements import MeasurementSet
 from tests.elementary_kinematics import Arm, arm_from_document, frame
-from tests.robocal.diagnosis.physics import PHYSICS, STEP_ROW, TAU, Load, Rows
+from tests.robocal.diagnosis.physics import PHYSICS, STEP_ROW, TAKEN_UP, TAU, Load, Rows
 from tests.test_house_rules import stems
 
 ROBOT = Path(__file__).parents[2] / "blind" / "robots" / "staubli_tx60_with_masses.yaml"
@@ -27,6 +27,7 @@ ARGUMENTS = {
     "gear_harmonic": (("order", 7.0),),
     "joint_coupling": (("driven_by", 5.0),),
     "warm_up": (("tau_s", TAU),),
+    "load_backlash": (("taken_up_nm", TAKEN_UP),),
     "base_step": MOMENT,
     "tool_step": MOMENT,
     "encoder_step": MOMENT,

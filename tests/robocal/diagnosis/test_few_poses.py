@@ -14,7 +14,7 @@ from robocal.diagnosis.circumstances import circumstances
 from robocal.diagnosis.joint_fit import fit_jointly
 from robocal.formats.bundle import read_bundle
 from robocal.frames import invert
-from robocal.identification.identify import prepare
+from robocal.identification.prepared import prepare
 from robocal.identification.simultaneous import identify_simultaneously
 from robocal.identification.solve import frames_alone, solve
 

@@ -47,11 +47,11 @@ def test_honest_noise_is_called_adequate_about_99_times_in_100(tmp_path):
     assert verdicts.count(False) <= 3
 
 
-def test_an_effect_that_the_model_lacks_is_called_inadequate(tmp_path):
+def test_an_effect_that_the_model_lacks_is_called_inadequate(tmp_path, identified):
     bundle, _, _ = measured(tmp_path, "ur10e", 1, 80, full_pose=False)
     yielding = np.cos(bundle.measurements.joints[:, [1]]) * [0.0, 0.0, 2e-4]
     rows = replace(bundle.measurements, position=bundle.measurements.position + yielding)
-    document = identification_document(identify(replace(bundle, measurements=rows)))
+    document = identification_document(identified(replace(bundle, measurements=rows)))
     assert document["adequacy"]["verdict"] == "inadequate"
     assert "robocal diagnose" in document["adequacy"]["sentence"]
 
@@ -96,12 +96,12 @@ def test_errors_of_a_tenth_of_a_mm_on_each_axis_are_found_at_003_mm_noise(tmp_pa
     assert wrongly <= 15
 
 
-def test_gross_errors_are_named_with_their_lines_and_do_not_spoil_the_rest(tmp_path):
+def test_gross_errors_are_named_with_their_lines_and_do_not_spoil_the_rest(tmp_path, identified):
     bundle, cell, _ = measured(tmp_path, "ur10e", 7, 80, full_pose=True)
-    clean = identify(bundle)
+    clean = identified(bundle)
     which = np.array([5, 40])
     rows = spoiled(bundle.measurements, which, np.array([[0.3, 0, 0], [0, 0, 0.01]]))
-    result = identify(replace(bundle, measurements=rows))
+    result = identified(replace(bundle, measurements=rows))
     assert {row.line for row in result.rejected} >= set(bundle.measurements.lines[which])
     assert all("sigma" in row.reason for row in result.rejected)
     q = cell.nominal.draw(np.random.default_rng(0), 200, widest=2.5)
@@ -109,11 +109,11 @@ def test_gross_errors_are_named_with_their_lines_and_do_not_spoil_the_rest(tmp_p
     assert apart == pytest.approx(tool_distances(forward_kinematics(clean.model, q)), abs=3e-5)
 
 
-def test_a_held_out_outlier_is_named_but_counted(tmp_path):
+def test_a_held_out_outlier_is_named_but_counted(tmp_path, identified):
     bundle, _, _ = measured(tmp_path, "ur5e", 8, 80, full_pose=True)
     held_out = np.arange(80) % 4 == 0
     rows = spoiled(bundle.measurements, np.array([8]), np.array([[0.0, 5e-4, 0.0]]))
-    result = identify(replace(bundle, measurements=replace(rows, held_out=held_out)))
+    result = identified(replace(bundle, measurements=replace(rows, held_out=held_out)))
     assert [row.line for row in result.suspect] == [bundle.measurements.lines[8]]
     assert result.held_out.rows == 20
     assert result.held_out.position_max > 4e-4
@@ -184,21 +184,21 @@ def with_nest_visits(bundle, drift_of_row: np.ndarray, seed: int = 0):
     return replace(bundle, measurements=moved, targets=targets)
 
 
-def test_a_drifting_station_is_seen_at_its_nests_and_taken_out(tmp_path):
+def test_a_drifting_station_is_seen_at_its_nests_and_taken_out(tmp_path, identified):
     bundle, _, _ = measured(tmp_path, "ur10e", 11, 80, full_pose=False)
     drift = np.linspace(0, 1, 80)[:, None] * [3e-4, -1e-4, 2e-4]
-    result = identify(with_nest_visits(bundle, drift))
+    result = identified(with_nest_visits(bundle, drift))
     assert result.drift.significant
     assert result.drift.largest == pytest.approx(np.linalg.norm(drift[-1]), rel=0.15)
     assert result.adequacy.reduced_chi_square < 1.6
     blind = with_nest_visits(bundle, drift)
     without = blind.measurements.rows(np.array([not name for name in blind.measurements.target]))
-    assert identify(replace(blind, measurements=without)).adequacy.reduced_chi_square > 4.0
+    assert identified(replace(blind, measurements=without)).adequacy.reduced_chi_square > 4.0
 
 
-def test_a_still_station_is_left_alone(tmp_path):
+def test_a_still_station_is_left_alone(tmp_path, identified):
     bundle, _, _ = measured(tmp_path, "ur10e", 12, 80, full_pose=False)
-    result = identify(with_nest_visits(bundle, np.zeros((80, 3))))
+    result = identified(with_nest_visits(bundle, np.zeros((80, 3))))
     assert not result.drift.significant
     assert result.adequacy.adequate
 

@@ -10,7 +10,6 @@ import pytest
 
 from robocal.formats.bundle import Target, read_bundle
 from robocal.frames import xyz_ypr_from_frame
-from robocal.identification.identify import identify
 from robocal.identification.observations import REPRESENTATIVES, position_rows
 from robocal.identification.priors import Choices
 from tests.measured_cell import true_cell, write_bundle
@@ -20,7 +19,7 @@ N = 1200
 SIGMA = 1.6e-5
 
 
-def test_a_few_full_poses_among_many_positions_are_not_lost(tmp_path):
+def test_a_few_full_poses_among_many_positions_are_not_lost(tmp_path, identified):
     bundle, _, _ = measured(tmp_path, "ur10e", 3, N, full_pose=True)
     evenly = np.linspace(0, N - 1, REPRESENTATIVES).astype(int)
     missed = np.setdiff1d(np.arange(N), evenly)
@@ -28,17 +27,17 @@ def test_a_few_full_poses_among_many_positions_are_not_lost(tmp_path):
     rows = bundle.measurements
     orientation = np.full_like(rows.orientation, np.nan)
     orientation[few] = rows.orientation[few]
-    result = identify(replace(bundle, measurements=replace(rows, orientation=orientation)))
+    result = identified(replace(bundle, measurements=replace(rows, orientation=orientation)))
     assert result.rank == 30
     rejected = {row.line for row in result.rejected}
     assert rejected.isdisjoint(rows.lines[few].tolist())
 
 
 @pytest.mark.parametrize("rows", [3 * REPRESENTATIVES - 3, 3 * REPRESENTATIVES])
-def test_every_nest_is_identified_however_many_rows_there_are(tmp_path, rows):
+def test_every_nest_is_identified_however_many_rows_there_are(tmp_path, rows, identified):
     bundle, cell, _ = measured(tmp_path, "ur10e", 3, rows, full_pose=False)
     places = np.random.default_rng(4).normal(size=(3, 3)) * 0.08 + [0.0, 0.0, 0.1]
-    assert identify(with_nests(bundle, cell, places, 5, SIGMA)).rank == 33
+    assert identified(with_nests(bundle, cell, places, 5, SIGMA)).rank == 33
 
 
 def test_rows_that_stand_for_all_weigh_as_much_and_hold_the_ends_of_every_joint():
@@ -54,7 +53,7 @@ def test_rows_that_stand_for_all_weigh_as_much_and_hold_the_ends_of_every_joint(
 
 
 @pytest.mark.parametrize("frame", ["base", "tool"])
-def test_a_prior_of_a_frame_counts_from_where_the_campaign_states_it(tmp_path, frame):
+def test_a_prior_of_a_frame_counts_from_where_the_campaign_states_it(tmp_path, frame, identified):
     cell = true_cell("ur10e", 5)
     write_bundle(tmp_path, "ur10e", cell, 60, 5)
     stated = {"base_guess": cell.true.base, "tool_guess": cell.true.tool}
@@ -62,18 +61,18 @@ def test_a_prior_of_a_frame_counts_from_where_the_campaign_states_it(tmp_path, f
         read_bundle(tmp_path), **{name: xyz_ypr_from_frame(T) for name, T in stated.items()}
     )
     prior = {f"{frame}_{axis}": 1e-6 for axis in "xyz"}
-    result = identify(bundle, choices=Choices(prior_std=prior))
+    result = identified(bundle, choices=Choices(prior_std=prior))
     found, truth = getattr(result, frame), getattr(cell.true, frame)
     assert np.abs(found - truth)[:3, 3].max() < 4e-6
     assert result.adequacy.adequate
 
 
-def test_link_6_stays_within_its_prior_where_one_nest_is_stated(tmp_path):
+def test_link_6_stays_within_its_prior_where_one_nest_is_stated(tmp_path, identified):
     bundle, cell, _ = measured(tmp_path, "ur10e", 4, 123, full_pose=False)
     places = np.random.default_rng(4).normal(size=(3, 3)) * 0.08 + [0.0, 0.0, 0.1]
     bundle = with_nests(bundle, cell, places, 5, SIGMA)
     known = Target(tuple(places[0].tolist()), fixed=False)
-    result = identify(replace(bundle, targets={**bundle.targets, "n1": known}))
+    result = identified(replace(bundle, targets={**bundle.targets, "n1": known}))
     assert result.adequacy.adequate
     assert not result.rejected
     moved = (result.model.links - result.nominal.links)[5]

@@ -236,7 +236,7 @@ def test_repeats_of_a_pose_are_held_out_together(tmp_path):
 
 
 @pytest.mark.parametrize("full_pose", [True, False], ids=["poses", "positions"])
-@pytest.mark.parametrize("robot", ["staubli_tx60", "ur10e", "abb_irb910sc"])
+@pytest.mark.parametrize("robot", ["staubli_tx60", "ur10e", "abb_irb910sc", "kuka_iiwa14"])
 def test_all_strategies_reach_the_same_minimum(tmp_path, robot, full_pose):
     bundle = bundle_of(tmp_path, robot, true_cell(robot, 9), full_pose=full_pose)
     results = [identify(bundle, strategy) for strategy in STRATEGIES]

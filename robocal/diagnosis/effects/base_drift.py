@@ -1,6 +1,7 @@
-"""Robot or station moves steadily.
+"""Robot or station moves, steadily or ever more slowly.
 
-p += d (t - start) / duration, along three axes.
+p += d s(t), along three axes, t from 0 to 1 over the campaign: s = t, or of a stand that settles
+s = (1 - exp(-t / T)) / (1 - exp(-1 / T)).
 """
 
 import numpy as np
@@ -13,12 +14,15 @@ from robocal.diagnosis.effect import (
     base_index,
 )
 
+_SHARE = "time_constant_share"
+SETTLING = 0.35
+"""Time constant of a stand that settles, as a share of the campaign; [1]"""
 PRIOR = 1.5e-4
 """Over the whole campaign [m]"""
 
 
 class BaseDrift:
-    """Robot or station moves steadily."""
+    """Robot or station moves, steadily or ever more slowly."""
 
     name = "base_drift"
     advice = (
@@ -30,9 +34,13 @@ class BaseDrift:
     def instances(self, rows: Circumstances) -> list[Instance]:
         """Every place where it could act."""
         coefficients = tuple(Coefficient(f"drift_{axis}_m", PRIOR) for axis in "xyz")
-        return [Instance(self.name, None, (), coefficients)]
+        settling = ((_SHARE, SETTLING),)
+        return [Instance(self.name, None, how, coefficients) for how in ((), settling)]
 
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:
         """Changes of the parameters for coefficients of one."""
-        first = base_index(rows)
-        return {first + axis: rows.progress[:, None] * np.eye(3)[axis] for axis in range(3)}
+        first, way = base_index(rows), rows.progress
+        share = dict(instance.arguments).get(_SHARE)
+        if share is not None:
+            way = np.expm1(-way / share) / np.expm1(-1.0 / share)
+        return {first + axis: way[:, None] * np.eye(3)[axis] for axis in range(3)}

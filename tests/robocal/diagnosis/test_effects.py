@@ -14,7 +14,15 @@ from robocal.diagnosis.extended import FittedEffect, predict
 from robocal.formats.robot_yaml import read_robot
 from robocal.measurements import MeasurementSet
 from tests.elementary_kinematics import Arm, arm_from_document, frame
-from tests.robocal.diagnosis.physics import PHYSICS, STEP_ROW, TAKEN_UP, TAU, Load, Rows
+from tests.robocal.diagnosis.physics import (
+    PHYSICS,
+    STEP_ROW,
+    TAKEN_UP,
+    TAU,
+    Load,
+    Rows,
+    share_of_time,
+)
 from tests.test_house_rules import stems
 
 ROBOT = Path(__file__).parents[2] / "blind" / "robots" / "staubli_tx60_with_masses.yaml"
@@ -175,3 +183,14 @@ def test_unknown_masses_load_a_joint_as_masses_at_the_ends_of_the_links_do():
     got = predict(model, around, (fitted,)).p.T - predict(model, around, ()).p.T
     moved = PHYSICS["joint_compliance"](arm, rows, 2, compliance) - arm.poses(rows.q)
     np.testing.assert_allclose(got, moved[:, :3, 3], atol=1e-3 * np.abs(moved).max())
+
+
+def test_a_stand_that_settles_has_come_to_its_place_at_the_end_and_most_of_the_way_by_half_time():
+    arm, rows = arm_and_rows()
+    around = seen(arm, rows)
+    steady, settling = EFFECTS["base_drift"].instances(around)
+    ways = [EFFECTS["base_drift"].moves(around, one)[5 * 6][:, 0] for one in (steady, settling)]
+    share = share_of_time(rows)
+    np.testing.assert_allclose(ways[0], share)
+    expected = 1.0 - np.exp(-share / 0.35)
+    np.testing.assert_allclose(ways[1], expected / expected[-1])

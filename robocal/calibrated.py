@@ -17,6 +17,11 @@ from robocal.kinematics.model import KinematicModel
 from robocal.measurements import MeasurementSet
 from robocal.robots.robot import Robot
 
+UNKNOWN_ROTATION = (
+    "how the tool is turned in the flange is not known, as no orientation of it was fitted and "
+    "campaign.yaml states no tool_guess"
+)
+"""What there is to say where `tool_rotation_known` is False."""
 _BLOCK = 500
 """Poses whose Jacobians are held at once."""
 
@@ -53,6 +58,9 @@ class CalibratedRobot:
         Places of the nests on the tool by name, in the robot's flange frame [m].
     tool_known
         False where nests alone were measured and nobody stated a tool: `model` then ends anywhere.
+    tool_rotation_known
+        False where no orientation of the tool was fitted and nobody stated one: `model` then ends
+        in the right place with any axes, those of the flange.
     coefficient_covariance
         Of the effects' coefficients, one after the other, with all parameters and then with each
         other [m, rad and the coefficients' own units]; None where only their own is known.
@@ -67,6 +75,7 @@ class CalibratedRobot:
     reference: Reference = field(default_factory=Reference)
     targets: dict[str, Float[Array, "3"]] = field(default_factory=dict)
     tool_known: bool = True
+    tool_rotation_known: bool = True
     coefficient_covariance: Float[Array, "coefficient unknown"] | None = None
 
     @property
@@ -129,6 +138,11 @@ class CalibratedRobot:
                 )
         named = np.array(rows.target)
         return {str(name): named == name for name in dict.fromkeys(rows.target)}
+
+    def unturned(self, rows: MeasurementSet) -> Bool[Array, "row"]:
+        """Rows of the tool where nothing tells its rotation; a nest has the flange's axes."""
+        of_tool = np.array([not name for name in rows.target], dtype=bool)
+        return of_tool & (not self.tool_rotation_known)
 
     def model_at(self, name: str) -> KinematicModel:
         """The model with its target at a nest; at the tool for no name."""

@@ -11,6 +11,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
+from robocal.frames import invert
 from robocal.kinematics.model import KinematicModel
 from robocal.nominal_joints import find_nominal_joints
 from robocal.pose_solver import (
@@ -76,6 +77,19 @@ def nominal_in_cell(calibrated: CalibratedRobot) -> KinematicModel:
     """The nominal links in the identified base, with the identified tool."""
     model = calibrated.model
     return replace(calibrated.robot.geometry, station=model.base_frame, flange=model.tool_frame)
+
+
+def turned_as_flange(calibrated: CalibratedRobot) -> CalibratedRobot:
+    """The same robot with its target where it is, but with the flange's axes.
+
+    A wanted orientation is then the flange's, which any identification knows. The covariance still
+    speaks of the tool's own axes.
+    """
+    flange = calibrated.robot.geometry.flange
+    place = np.eye(4)
+    place[:3, 3] = (invert(flange) @ calibrated.model.tool_frame)[:3, 3]
+    model = replace(calibrated.model, flange=flange @ place, tool=np.zeros(6))
+    return replace(calibrated, model=model, tool_rotation_known=True)
 
 
 def without_base(model: KinematicModel) -> KinematicModel:

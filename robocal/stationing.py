@@ -96,6 +96,7 @@ def station(calibrated: CalibratedRobot, bundle: Bundle, provenance: Provenance)
         effects=carried,
         targets=moved.cell.targets,
         tool_known=bundle.tool_known,
+        tool_rotation_known=bundle.tool_rotation_known,
         coefficient_covariance=_kept_covariance(calibrated, carried),
     )
     T = there.target_poses(ready.rows)

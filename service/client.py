@@ -20,6 +20,7 @@ from typing import Literal, Self, TypeVar
 import httpx
 from pydantic import BaseModel
 
+from robocal.orientation_of import OrientationOf
 from service.campaigns.models import (
     ENDED,
     Accepted,
@@ -100,10 +101,14 @@ class Client:
         poses: Sequence[WantedPose],
         frame: Frame = Frame.cell,
         temperature_degc: float | None = None,
+        orientation_of: OrientationOf = OrientationOf.tool,
     ) -> CompensatedJoints:
         """Return the joints that really reach the poses."""
         request = CompensationRequest(
-            poses=list(poses), frame=frame, temperature_degc=temperature_degc
+            poses=list(poses),
+            frame=frame,
+            temperature_degc=temperature_degc,
+            orientation_of=orientation_of,
         )
         return self._post(f"/cells/{cell}/compensate", request, CompensatedJoints)
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from robocal.calibrated import UNKNOWN_ROTATION
 from robocal.diagnosis.diagnosis import Diagnosis, Verdict
 from robocal.identification.result import Identification, ResidualSummary
 from robocal.measurements import MeasurementSet
@@ -41,6 +42,8 @@ def identification_lines(done: Calibration, out: Path) -> list[str]:
     for name, reason in result.unmet.items():
         lines.append(f"{name} was asked for, but is not identified: {reason}")
     lines += _redundant(result)
+    if result.tool_known and not result.tool_rotation_known:
+        lines.append(f"the tool's place alone is identified: {UNKNOWN_ROTATION}")
     if not result.converged:
         lines.append("the iteration did not converge; do not use these parameters")
     lines.append(f"-> {out / 'identification.json'}, {out / 'model.yaml'}")

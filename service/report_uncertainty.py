@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from robocal.calibrated import UNKNOWN_ROTATION
 from robocal.uncertainty.evaluation import Evaluation
 from robocal.uncertainty.refit_verdict import judge_refits
 from robocal.uncertainty.workspace_map import WorkspaceMap
@@ -33,6 +34,8 @@ def uncertainty_lines(evaluation: Evaluation, workspace: WorkspaceMap, out: Path
     ]
     if evaluation.refits is not None:
         lines.append(judge_refits(evaluation, evaluation.refits).sentence)
+    if not evaluation.result.tool_rotation_known:
+        lines.append(f"no uncertainty of orientations is stated: {UNKNOWN_ROTATION}")
     lines += [evaluation.verdict.sentence, f"-> {out / 'uncertainty.json'}"]
     return lines
 

@@ -291,6 +291,7 @@ def _calibrated(
         reference=reference,
         targets=found.cell.targets,
         tool_known=bundle.tool_known,
+        tool_rotation_known=bundle.tool_rotation_known,
         coefficient_covariance=np.concatenate([among[:, :n], own[:, n_free:]], axis=1),
     )
 

@@ -65,6 +65,14 @@ class Bundle:
         """Whether rows of the tool itself are there, or the campaign states it."""
         return self.tool_guess is not None or "" in self.measurements.target
 
+    @property
+    def tool_rotation_known(self) -> bool:
+        """Whether rows to fit show how the tool is turned, or the campaign states it."""
+        rows = self.measurements.fit_rows
+        # A nest has the flange's axes: its orientation says nothing of the tool's.
+        of_tool = np.array([not name for name in rows.target], dtype=bool)
+        return self.tool_guess is not None or bool((rows.has_orientation & of_tool).any())
+
 
 def read_bundle(folder: Path) -> Bundle:
     """A bundle, checked.

@@ -26,8 +26,9 @@ def identification_document(
         },
         "tool": {
             **frame_document(result.tool),
-            "std": _frame_std(result, "tool"),
+            "std": _tool_std(result),
             "std_axes": AXES_OF_STD["tool"],
+            "rotation_known": result.tool_rotation_known,
             "redundant": _redundant(result, "tool"),
         },
         "choices": {
@@ -161,6 +162,12 @@ def _frame_std(result: Identification, which: str) -> list[float]:
     """Standard uncertainties in mm and deg."""
     std = result.frame_std(which)
     return [*(float(value) * 1e3 for value in std[:3]), *(float(v) / _DEG for v in std[3:])]
+
+
+def _tool_std(result: Identification) -> list[float | None]:
+    """The same of the tool; None for its angles where nothing tells them: zero would be a claim."""
+    std = _frame_std(result, "tool")
+    return [*std] if result.tool_rotation_known else [*std[:3], None, None, None]
 
 
 def _redundant(result: Identification, which: str) -> dict[str, str]:

@@ -47,6 +47,7 @@ def calibrated_robot(
         provenance,
         targets=result.cell.targets,
         tool_known=result.tool_known,
+        tool_rotation_known=result.tool_rotation_known,
     )
 
 
@@ -64,6 +65,7 @@ def model_document(calibrated: CalibratedRobot) -> dict[str, object]:
         "base": frame_document(model.base_frame),
         "tool": frame_document(invert(calibrated.robot.geometry.flange) @ model.tool_frame),
         "tool_known": calibrated.tool_known,
+        "tool_rotation_known": calibrated.tool_rotation_known,
         "targets": {
             name: {"xyz_mm": [float(value) * 1e3 for value in place]}
             for name, place in calibrated.targets.items()
@@ -146,7 +148,9 @@ def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
     covariance = _covariance(stated, robot.n_joints)
     gravity = np.array(fields.numbers("gravity", 3))
     targets = _targets(fields.mapping("targets")) if "targets" in fields else {}
+    # Files from before these flags do not say; what they gave they go on giving.
     tool_known = fields.flag("tool_known", default=True)
+    tool_rotation_known = fields.flag("tool_rotation_known", default=True)
     fields.finish()
     return CalibratedRobot(
         robot,
@@ -158,6 +162,7 @@ def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
         reference,
         targets,
         tool_known=tool_known,
+        tool_rotation_known=tool_rotation_known,
         coefficient_covariance=among,
     )
 

@@ -48,17 +48,22 @@ def read_poses(path: Path, robot: Robot) -> JointPoses:
     return JointPoses(table.lines, q)
 
 
-def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> int:
+@dataclass(frozen=True)
+class Predicted:
+    """What was written into a table."""
+
+    rows: int
+    unturned: int
+    """Rows without a quaternion, as the model does not know how the tool is turned."""
+
+
+def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> Predicted:
     """Fill x_mm ... qz of a table of joints, and how sure x, y, z are by the model's covariance.
 
     All its other columns are kept as they are.
 
-    A row's `target` says of which nest; without one it is the tool.
-
-    Returns
-    -------
-    int
-        Number of rows written.
+    A row's `target` says of which nest; without one it is the tool. Quaternions of a tool whose
+    rotation the model does not know stay empty.
 
     Raises
     ------
@@ -74,13 +79,15 @@ def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> int:
     for axis, name in enumerate(POSITION):
         columns[name] = _cells(T[:, axis, 3] * 1e3, 7)
     quaternion = quaternion_from_rotation(T[:, :3, :3])
+    unturned = calibrated.unturned(rows)
+    quaternion[unturned] = np.nan
     for part, name in enumerate(QUATERNION):
         columns[name] = _cells(quaternion[:, part], 12)
     variance = np.diagonal(calibrated.position_covariance_of(rows), axis1=1, axis2=2)
     for axis, name in enumerate(PREDICTED_STD):
         columns[name] = _cells(np.sqrt(variance[:, axis]) * 1e3, 7)
     _write(out, columns)
-    return len(q)
+    return Predicted(len(q), int(unturned.sum()))
 
 
 def _complete_joints(table: Table, robot: Robot) -> Float[Array, "pose joint"]:
@@ -125,4 +132,5 @@ def _write(path: Path, columns: dict[str, Sequence[str]]) -> None:
 
 
 def _cells(values: Float[Array, "row"], decimals: int) -> tuple[str, ...]:
-    return tuple(f"{value:.{decimals}f}" for value in values)
+    """Numbers as text, empty where there is none."""
+    return tuple("" if np.isnan(value) else f"{value:.{decimals}f}" for value in values)

@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
+from robocal.calibrated import UNKNOWN_ROTATION
 from robocal.identification.result import AXES_OF_STD
 from robocal.uncertainty.evaluation import Evaluation, RefitCheck
 from robocal.uncertainty.propagation import COVERAGE
@@ -51,6 +52,10 @@ def uncertainty_document(
         "tool_position": _tool_position(evaluation),
         "monte_carlo": _monte_carlo(evaluation),
         "refits": None if evaluation.refits is None else _refits(evaluation, evaluation.refits),
+        "tool_rotation": {
+            "known": evaluation.result.tool_rotation_known,
+            "sentence": None if evaluation.result.tool_rotation_known else UNKNOWN_ROTATION,
+        },
         "poses": _poses(evaluation, lines),
         "workspace": None if workspace is None else _workspace(workspace),
     }
@@ -184,12 +189,12 @@ def _refits(evaluation: Evaluation, refits: RefitCheck) -> dict[str, object]:
 
 
 def _poses(evaluation: Evaluation, lines: Int[Array, "pose"]) -> list[dict[str, object]]:
-    tool = evaluation.tool
+    tool, turned = evaluation.tool, evaluation.result.tool_rotation_known
     return [
         {
             "line": int(line),
             "u_mm": [float(value) / _MM for value in position],
-            "u_rotation_mrad": [float(value) / _MRAD for value in turn],
+            "u_rotation_mrad": [float(value) / _MRAD for value in turn] if turned else None,
             "U95_mm": float(radius) / _MM,
             "degrees_of_freedom": _finite(float(nu)),
         }

@@ -140,10 +140,12 @@ def _left_out(calibrated: CalibratedRobot) -> tuple[str, ...]:
     turn = rotation_vector(tool[None, :3, :3])[0]
     x, y, z = (f"{value * 1e3:.4f}" for value in tool[:3, 3])
     rx, ry, rz = (f"{value:.7f}" for value in turn)
+    turned = f"rx {rx} ry {ry} rz {rz} rad"
+    if not calibrated.tool_rotation_known:
+        turned = "its rotation was not identified: keep the controller's"
     bx, by, bz = (f"{value * 1e3:.4f}" for value in model.base_frame[:3, 3])
     return (
-        f"UR kinematics hold no tool: set the TCP to x {x} y {y} z {z} mm, "
-        f"rx {rx} ry {ry} rz {rz} rad",
+        f"UR kinematics hold no tool: set the TCP to x {x} y {y} z {z} mm, " + turned,
         f"UR kinematics hold no base in the measuring frame (origin at {bx}, {by}, {bz} mm)",
         "UR kinematics hold no joint limits, covariance or provenance",
     )

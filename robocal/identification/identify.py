@@ -127,6 +127,7 @@ def _result(
         drift=ready.drift,
         bundle_sha256=bundle.sha256,
         tool_known=bundle.tool_known,
+        tool_rotation_known=bundle.tool_rotation_known,
     )
 
 

@@ -97,6 +97,8 @@ class Identification:
     bundle_sha256: str
     tool_known: bool
     """Whether rows of the tool itself were measured, or the campaign states it."""
+    tool_rotation_known: bool
+    """Whether orientations of the tool were fitted, or the campaign states it."""
 
     @property
     def fixed(self) -> frozenset[str]:

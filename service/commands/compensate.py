@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from robocal.errors import NoAnswer
+from robocal.errors import BadInput, NoAnswer
+from robocal.orientation_of import OrientationOf
 from service.commands.options import AsJson, OutFile
 
 _NAMED = 20
@@ -28,11 +29,16 @@ def compensate(
     frame: Annotated[
         Frame, typer.Option(help="targets in the measuring frame or in the robot base")
     ] = Frame.measuring,
+    orientation_of: Annotated[
+        OrientationOf, typer.Option(help="whose orientation qw ... qz state")
+    ] = OrientationOf.tool,
     *,
     as_json: AsJson = False,
 ) -> None:
     """Joints that really reach the wanted tool poses; names the targets that cannot be reached."""
+    from robocal.calibrated import UNKNOWN_ROTATION
     from robocal.compensated_effects import compensate_robot
+    from robocal.compensation import turned_as_flange
     from robocal.formats.model_yaml import read_model
     from robocal.formats.targets_csv import read_targets, write_compensated
     from robocal.missed_targets import missed_sentence
@@ -41,6 +47,16 @@ def compensate(
     calibrated = read_model(model)
     robot = calibrated.robot
     wanted = read_targets(targets, robot)
+    if orientation_of is OrientationOf.flange:
+        calibrated = turned_as_flange(calibrated)
+    unturned = calibrated.unturned(wanted.rows)
+    if unturned.any():
+        raise BadInput(
+            f"{targets.name} line {wanted.table.lines[unturned][0]}",
+            f"asks for an orientation of the tool, but {UNKNOWN_ROTATION}; state tool_guess or "
+            "measure full poses and identify again, or state orientations of the flange with "
+            "--orientation-of flange",
+        )
     result = compensate_robot(
         calibrated,
         wanted.wanted,

@@ -29,6 +29,7 @@ def export(
     as_json: AsJson = False,
 ) -> None:
     """Write the calibrated geometry for another program, read it back and compare."""
+    from robocal.calibrated import UNKNOWN_ROTATION
     from robocal.formats.formats import WRITERS
     from robocal.formats.model_export import ExportOptions, write_export
     from robocal.formats.model_yaml import read_model
@@ -41,6 +42,8 @@ def export(
     made = WRITERS[file_format](calibrated, ExportOptions(own_hash, euler))
     difference = write_export(out, made)
     left_out = list(made.left_out)
+    if not calibrated.tool_rotation_known:
+        left_out.append(f"orientations of the tool are the flange's: {UNKNOWN_ROTATION}")
     if calibrated.effects:
         names = ", ".join(fitted.instance.title for fitted in calibrated.effects)
         left_out.append(f"the file holds geometry alone; what it leaves out: {names}")

@@ -1,6 +1,7 @@
 """Arguments and options that several commands share, and the files that they write."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -19,6 +20,11 @@ def robot_names() -> list[str]:
     from robocal.robots.library import ROBOTS
 
     return list(ROBOTS)
+
+
+def warn(sentence: str) -> None:
+    """Tell a person on standard error, which no program takes for the result."""
+    sys.stderr.write(f"robocal: {' '.join(sentence.split())}\n")
 
 
 def make_folder(folder: Path) -> None:

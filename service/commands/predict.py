@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from service.commands.options import AsJson, OutFile
+from service.commands.options import AsJson, OutFile, warn
 
 
 def predict(
@@ -17,8 +17,12 @@ def predict(
     as_json: AsJson = False,
 ) -> None:
     """Tool poses of the calibrated robot at given joints."""
+    from robocal.calibrated import UNKNOWN_ROTATION
     from robocal.formats.model_yaml import read_model
     from robocal.formats.poses_csv import predict_table
 
-    rows = predict_table(read_model(model), poses, out)
-    print(json.dumps({"rows": rows, "out": str(out)}) if as_json else f"{rows} poses -> {out}")
+    made = predict_table(read_model(model), poses, out)
+    if made.unturned:
+        warn(f"{made.unturned} rows have no quaternion: {UNKNOWN_ROTATION}")
+    document = {"rows": made.rows, "rows_without_quaternion": made.unturned, "out": str(out)}
+    print(json.dumps(document) if as_json else f"{made.rows} poses -> {out}")

@@ -10,14 +10,15 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from robocal.calibrated import CalibratedRobot
+from robocal.calibrated import UNKNOWN_ROTATION, CalibratedRobot
 from robocal.compensated_effects import compensate_robot
-from robocal.compensation import Compensation
+from robocal.compensation import Compensation, turned_as_flange
 from robocal.errors import BadInput
 from robocal.formats.measurements_csv import joint_columns
 from robocal.formats.model_yaml import model_from_document
 from robocal.frames import rotation_from_quaternion
 from robocal.measurements import unmeasured_rows
+from robocal.orientation_of import OrientationOf
 from robocal.reach import Reach
 from robocal.robots.robot import Robot
 from service.campaigns.models import JointColumns
@@ -53,10 +54,18 @@ def compensate_poses(
     Raises
     ------
     Unusable
-        Naming the pose whose quaternion or joints are none, or what the model needs to know.
+        Naming the pose whose quaternion or joints are none, or what the model needs to know;
+        if the parameters do not know the orientation that the poses state.
     """
     calibrated = _calibrated(json.dumps(model, sort_keys=True))
     calibrated = replace(calibrated, robot=narrowed(calibrated.robot, cell.limits))
+    if request.orientation_of is OrientationOf.flange:
+        calibrated = turned_as_flange(calibrated)
+    elif not calibrated.tool_rotation_known:
+        raise Unusable(
+            f"body poses: state orientations of the tool, but {UNKNOWN_ROTATION}; state those of "
+            'the flange with "orientation_of": "flange", or calibrate with full poses.'
+        )
     wanted = _wanted_frames(request.poses)
     nominal_q = _nominal_joints(calibrated.robot, request.poses)
     with _one_at_a_time:

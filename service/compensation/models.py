@@ -5,6 +5,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
+from robocal.orientation_of import OrientationOf
 from robocal.reach import Reach
 from service.campaigns.models import JointColumns
 from service.cells.models import Strict
@@ -37,6 +38,9 @@ class CompensationRequest(Strict):
     poses: Annotated[list[WantedPose], Field(min_length=1, max_length=MOST_TARGETS)]
     frame: Frame = Frame.cell
     """`cell`: as the tracker sees it; `base`: in the robot's calibrated base."""
+    orientation_of: OrientationOf = OrientationOf.tool
+    """`flange`: the quaternions say how the flange is turned. Parameters from positions alone know
+    no other orientation."""
     temperature_degc: Annotated[float, Field(ge=-100, le=300)] | None = None
     """Of the robot now, for a model that knows of temperature."""
     payload_kg: Annotated[float, Field(ge=0, le=10_000)] | None = None

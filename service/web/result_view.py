@@ -132,7 +132,7 @@ def _parameter_line(row: Json, decimals: int) -> ParameterLine:
 def frame_lines(identification: Json, which: str) -> list[FrameLine]:
     """Position and orientation of `base` or `tool`."""
     frame = identification[which]
-    std = frame["std"]
+    std = [0.0 if u is None else u for u in frame["std"]]
     decimals = [decimals_for(std[:3])] * 3 + [decimals_for(std[3:])] * 3
     values = aligned(list(map(fixed, [*frame["xyz_mm"], *frame["ypr_deg"]], decimals)))
     spreads = aligned([fixed(u, d) if u > 0.0 else "" for u, d in zip(std, decimals, strict=True)])

@@ -251,3 +251,11 @@ def test_points_of_a_column_stand_below_each_other():
         "0.0125",
         "",
     ]
+
+
+def test_angles_of_the_tool_that_nothing_shows_have_no_uncertainty(show):
+    unturned = FRAME | {"std": [0.02, 0.02, 0.02, None, None, None], "rotation_known": False}
+    part = show(identification=IDENTIFICATION | {"tool": unturned}, uncertainty=UNCERTAINTY)
+    spreads = [row[2].strip() for row in part.rows if row[0] in {"x", "roll"}]
+    # Base, then tool.
+    assert [bool(spread) for spread in spreads] == [True, True, True, False]

@@ -100,6 +100,8 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
         f"reduced chi-square {found.geometry_adequacy.reduced_chi_square:.3g} by geometry, "
         f"{found.adequacy.reduced_chi_square:.3g} with the causes below",
     ]
+    if not found.adequacy.judged:
+        lines.append(found.adequacy.sentence)
     for named in found.effects[:_MOST_LINES]:
         own = (named.fitted.instance.effect, named.fitted.instance.joint)
         others = [cause for cause in named.naming.causes if cause.key != own][:2]

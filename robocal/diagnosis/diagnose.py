@@ -187,7 +187,8 @@ def _diagnosis(
     judged = _judged(targets, steps)
     before, after = targets.with_all(geometric), targets.with_all(found)
     depends = _once((*_outside(effects), *_dependences(solution, rows, found)))
-    adequacy = judge(found.chi_square, found.nu)
+    fitted = solution.problem.rows
+    adequacy = judge(found.chi_square, found.nu, fitted.n_scalars / len(fitted))
     floor = bundle.instrument.position_std(np.nan_to_num(measured.position[judged]))
     return Diagnosis(
         verdict=_verdict(found, adequate=adequacy.leaves_noise_alone and not depends),

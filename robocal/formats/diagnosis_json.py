@@ -29,6 +29,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, object]:
         "over_noise_floor": diagnosis.over_noise_floor,
         "adequacy": {
             "verdict": "adequate" if adequacy.adequate else "inadequate",
+            "judged": adequacy.judged,
             "reduced_chi_square": adequacy.reduced_chi_square if adequacy.nu > 0 else None,
             "band99": [adequacy.low, adequacy.high] if adequacy.nu > 0 else None,
         },

@@ -107,12 +107,13 @@ def _own_priors(result: Identification) -> dict[str, float]:
 
 def _adequacy(result: Identification) -> dict[str, object]:
     adequacy = result.adequacy
-    judged = adequacy.nu > 0
+    some = adequacy.nu > 0
     return {
         "verdict": "adequate" if adequacy.adequate else "inadequate",
-        "reduced_chi_square": adequacy.reduced_chi_square if judged else None,
+        "judged": adequacy.judged,
+        "reduced_chi_square": adequacy.reduced_chi_square if some else None,
         "degrees_of_freedom": adequacy.nu,
-        "band99": [adequacy.low, adequacy.high] if judged else None,
+        "band99": [adequacy.low, adequacy.high] if some else None,
         "sentence": adequacy.sentence,
     }
 

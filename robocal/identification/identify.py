@@ -118,7 +118,7 @@ def _result(
         strategy=strategy,
         iterations=fit.iterations,
         converged=fit.converged,
-        adequacy=judge(solution.chi_square, nu),
+        adequacy=judge(solution.chi_square, nu, rows.n_scalars / len(rows)),
         fit=summarise(cell, rows.choose(solution.used)),
         held_out=None if held_out is None else summarise(cell, held_out),
         before=summarise(before, rows if held_out is None else held_out),

@@ -47,7 +47,7 @@ def judge_intervals(fit: FittedRows, repeats: Repeats) -> Verdict:
                 reasons.append(_against_declaration(kind, scatter, unit))
     if reasons:
         return Verdict(hold=False, reasons=tuple(reasons))
-    if adequacy.nu <= 0:
+    if not adequacy.judged:
         return Verdict(hold=None, reasons=(adequacy.sentence,))
     return Verdict(hold=True, reasons=())
 

@@ -201,7 +201,8 @@ def _reduction(before: Json, after: Json) -> Reduction:
 def adequacy_verdict(identification: Json) -> Verdict:
     """Whether the residuals are as large as the declared noise."""
     adequacy = identification["adequacy"]
-    judged = adequacy["reduced_chi_square"] is not None
+    # What was stored before this was kept says it by the figure.
+    judged = adequacy.get("judged", adequacy["reduced_chi_square"] is not None)
     return _verdict(
         adequacy["sentence"], good=adequacy["verdict"] == "adequate" if judged else None
     )

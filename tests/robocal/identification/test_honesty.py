@@ -19,6 +19,9 @@ from robocal.identification.validation import cross_validate
 from robocal.instrument import InstrumentNoise
 from robocal.kinematics.forward import forward_kinematics
 from robocal.measurements import MeasurementSet
+from robocal.uncertainty.fitted_rows import fitted_rows
+from robocal.uncertainty.repeats import scatter_of_repeats
+from robocal.uncertainty.verdict import judge_intervals
 from tests.robocal.identification.cells import measured, tool_distances
 
 
@@ -36,6 +39,49 @@ def test_the_adequacy_band_is_that_of_chi_square():
     assert judged.adequate
     assert not judge(200.0, 120.0).adequate
     assert not judge(70.0, 120.0).adequate
+
+
+def test_noise_stated_too_large_is_told_what_to_state_and_where_to_look():
+    sentence = judge(70.0, 120.0).sentence
+    assert "below its 99 % band" in sentence
+    assert "the instrument's certificate" in sentence
+    assert "robocal diagnose" in sentence
+
+
+@pytest.mark.parametrize(
+    ("nu", "scalars_per_pose", "missing"),
+    [
+        (-2.0, 3.0, "4 more poses"),
+        (0.0, 6.0, "2 more poses"),
+        (0.1, 3.0, "4 more poses"),
+        (9.5, 3.0, "one more pose"),
+    ],
+)
+def test_where_hardly_a_number_is_left_nothing_is_judged(nu, scalars_per_pose, missing):
+    """The missing ones make ten degrees of freedom, scalar by scalar."""
+    judged = judge(max(nu, 0.0), nu, scalars_per_pose)
+    assert not judged.judged
+    assert "nothing says whether it is right" in judged.sentence
+    assert f"measure at least {missing} besides those held out" in judged.sentence
+    assert "the residuals are the declared noise" not in judged.sentence
+
+
+def test_with_few_numbers_left_a_model_that_is_far_off_is_still_called_so():
+    assert judge(60.0, 4.0).judged
+    assert "robocal diagnose" in judge(60.0, 4.0).sentence
+
+
+def test_a_campaign_of_hardly_enough_poses_says_how_many_more_it_needs(tmp_path):
+    """Ten positions hold 30 numbers, and a UR5e's take 27 parameters: three are left."""
+    bundle, _, _ = measured(tmp_path, "ur5e", 1, 10, full_pose=False)
+    result = identify(bundle)
+    document = identification_document(result)["adequacy"]
+    assert document["judged"] is False
+    assert "measure at least 3 more poses" in document["sentence"]
+    again = fitted_rows(bundle, result)
+    verdict = judge_intervals(again, scatter_of_repeats(again))
+    assert verdict.hold is None
+    assert "nothing says whether it is right" in verdict.sentence
 
 
 def test_honest_noise_is_called_adequate_about_99_times_in_100(tmp_path):

@@ -11,6 +11,7 @@ from robocal.diagnosis.circumstances import Circumstances, Reference, circumstan
 from robocal.diagnosis.extended import FittedEffect, coefficient_shifts, predict
 from robocal.errors import BadInput
 from robocal.frames import invert
+from robocal.identification.adequacy import Adequacy
 from robocal.kinematics.forward import blocks, forward_kinematics
 from robocal.kinematics.jacobian import pose_jacobian
 from robocal.kinematics.model import KinematicModel
@@ -27,6 +28,30 @@ _BLOCK = 500
 
 
 @dataclass(frozen=True)
+class StatedAdequacy:
+    """What was said of a model when it was made."""
+
+    adequate: bool
+    reduced_chi_square: float | None
+    """None where no measured number was left over to judge it by."""
+
+    @property
+    def warning(self) -> str:
+        """What to tell whoever uses a model that is not adequate."""
+        value = self.reduced_chi_square
+        if value is None:
+            return (
+                "no measured number was left over to judge this model by; measure more poses and "
+                "run robocal diagnose on them before it is used"
+            )
+        misses = "leaves more than" if value > 1.0 else "leaves far less than"
+        return (
+            f"this model is not adequate: it {misses} the noise that its campaign declared "
+            f"(reduced chi-square {value:.3g}); robocal diagnose on its bundle says why"
+        )
+
+
+@dataclass(frozen=True)
 class Provenance:
     """Where a model comes from, so that it can be computed again."""
 
@@ -34,6 +59,18 @@ class Provenance:
     software_version: str
     date: str
     strategy: str
+    adequacy: StatedAdequacy | None = None
+    """None where nothing was said: a model from before it was kept."""
+
+    @property
+    def inadequate(self) -> bool:
+        """Whether the model was found not to explain its own readings."""
+        return self.adequacy is not None and not self.adequacy.adequate
+
+    def judged_by(self, found: Adequacy) -> "Provenance":
+        """The same with what its fit says of the model."""
+        value = found.reduced_chi_square if found.nu > 0 else None
+        return replace(self, adequacy=StatedAdequacy(found.adequate, value))
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ def station(calibrated: CalibratedRobot, bundle: Bundle, provenance: Provenance)
     bundle
         The same robot, measured where it stands now.
     provenance
-        Of the new model.
+        Of the new model; how adequate it is stays what was said of the one learnt elsewhere.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def station(calibrated: CalibratedRobot, bundle: Bundle, provenance: Provenance)
         model=moved.cell.geometry.with_frames_as_origin(),
         covariance=moved.covariance,
         gravity=bundle.gravity,
-        provenance=provenance,
+        provenance=replace(provenance, adequacy=calibrated.provenance.adequacy),
         effects=carried,
         targets=moved.cell.targets,
         tool_known=bundle.tool_known,

@@ -202,7 +202,7 @@ def _diagnosis(
         noise_floor=float(np.sqrt(3.0 * np.mean(floor**2))),
         next_poses=_next_poses(rows, found, effects),
         residuals=RowResiduals(measured.lines, held_out, before, after),
-        calibrated=_calibrated(bundle, found, provenance, rows.reference),
+        calibrated=_calibrated(bundle, found, provenance.judged_by(adequacy), rows.reference),
         bundle_sha256=bundle.sha256,
         hidden=_hidden(rows),
     )

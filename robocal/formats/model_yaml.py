@@ -17,6 +17,7 @@ from robocal.formats.effects_yaml import (
     reference_document,
 )
 from robocal.formats.fields import Fields, fields_of, read_text
+from robocal.formats.provenance_yaml import provenance_document, read_provenance
 from robocal.formats.robot_yaml import (
     frame_document,
     link_document,
@@ -44,7 +45,7 @@ def calibrated_robot(
         result.model,
         result.full_covariance(),
         gravity,
-        provenance,
+        provenance.judged_by(result.adequacy),
         targets=result.cell.targets,
         tool_known=result.tool_known,
         tool_rotation_known=result.tool_rotation_known,
@@ -78,12 +79,7 @@ def model_document(calibrated: CalibratedRobot) -> dict[str, object]:
             "matrix_deg_mm": [[float(value) for value in row] for row in covariance],
             **_coefficients(calibrated, known, unit),
         },
-        "provenance": {
-            "bundle_sha256": calibrated.provenance.bundle_sha256,
-            "software_version": calibrated.provenance.software_version,
-            "date": calibrated.provenance.date,
-            "strategy": calibrated.provenance.strategy,
-        },
+        "provenance": provenance_document(calibrated.provenance),
     }
 
 
@@ -139,10 +135,7 @@ def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
     reference = Reference()
     if "reference" in fields:
         reference = read_reference(fields.mapping("reference"))
-    origin = fields.mapping("provenance")
-    provenance = Provenance(
-        *(origin.text(name) for name in ("bundle_sha256", "software_version", "date", "strategy"))
-    )
+    provenance = read_provenance(fields.mapping("provenance"))
     stated = fields.mapping("covariance")
     among = _coefficient_covariance(stated, robot.n_joints, effects)
     covariance = _covariance(stated, robot.n_joints)

@@ -9,7 +9,7 @@ import typer
 
 from robocal.errors import BadInput, NoAnswer
 from robocal.orientation_of import OrientationOf
-from service.commands.options import AsJson, OutFile
+from service.commands.options import AsJson, OutFile, warn_if_inadequate
 
 _NAMED = 20
 """Targets that a person is told of one by one; the file and --json name them all."""
@@ -81,6 +81,7 @@ def compensate(
         ],
         "out": str(out),
     }
+    warn_if_inadequate(calibrated, model)
     if as_json:
         print(json.dumps(document, indent=2))
     else:
@@ -93,4 +94,5 @@ def compensate(
             print(f"... and {len(missed) - _NAMED} more, see column 'status'")
         print(f"{reached} of {len(result.reach)} targets reached -> {out}")
     if not reached:
-        raise NoAnswer(f"{targets.name}: the calibrated robot reaches none of the targets")
+        kind = "identified" if calibrated.provenance.inadequate else "calibrated"
+        raise NoAnswer(f"{targets.name}: the {kind} robot reaches none of the targets")

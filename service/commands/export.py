@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from robocal.errors import BadInput
-from service.commands.options import AsJson
+from service.commands.options import AsJson, warn_if_inadequate
 
 
 def export(
@@ -47,6 +47,7 @@ def export(
     if calibrated.effects:
         names = ", ".join(fitted.instance.title for fitted in calibrated.effects)
         left_out.append(f"the file holds geometry alone; what it leaves out: {names}")
+    warn_if_inadequate(calibrated, model)
     if as_json:
         document = {
             "format": file_format,

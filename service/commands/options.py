@@ -3,11 +3,14 @@
 import json
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from robocal.errors import BadInput
+
+if TYPE_CHECKING:
+    from robocal.calibrated import CalibratedRobot
 
 BundleFolder = Annotated[Path, typer.Argument(help="folder with campaign.yaml", metavar="BUNDLE")]
 OutFolder = Annotated[Path, typer.Option("--out", help="folder for the results, made if missing")]
@@ -25,6 +28,13 @@ def robot_names() -> list[str]:
 def warn(sentence: str) -> None:
     """Tell a person on standard error, which no program takes for the result."""
     sys.stderr.write(f"robocal: {' '.join(sentence.split())}\n")
+
+
+def warn_if_inadequate(calibrated: "CalibratedRobot", path: Path) -> None:
+    """Tell a person that a model was found not to explain its own readings."""
+    stated = calibrated.provenance.adequacy
+    if stated is not None and not stated.adequate:
+        warn(f"{path}: {stated.warning}")
 
 
 def make_folder(folder: Path) -> None:

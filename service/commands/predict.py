@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from service.commands.options import AsJson, OutFile, warn
+from service.commands.options import AsJson, OutFile, warn, warn_if_inadequate
 
 
 def predict(
@@ -21,7 +21,9 @@ def predict(
     from robocal.formats.model_yaml import read_model
     from robocal.formats.poses_csv import predict_table
 
-    made = predict_table(read_model(model), poses, out)
+    calibrated = read_model(model)
+    made = predict_table(calibrated, poses, out)
+    warn_if_inadequate(calibrated, model)
     if made.unturned:
         warn(f"{made.unturned} rows have no quaternion: {UNKNOWN_ROTATION}")
     document = {"rows": made.rows, "rows_without_quaternion": made.unturned, "out": str(out)}

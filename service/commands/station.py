@@ -7,7 +7,14 @@ from typing import Annotated
 
 import typer
 
-from service.commands.options import AsJson, BundleFolder, OutFolder, json_text, make_folder
+from service.commands.options import (
+    AsJson,
+    BundleFolder,
+    OutFolder,
+    json_text,
+    make_folder,
+    warn_if_inadequate,
+)
 
 
 def station(
@@ -26,7 +33,8 @@ def station(
 
     measured = read_bundle(bundle)
     provenance = provenance_of(measured, "station", datetime.now(UTC))
-    found = fit_station(read_model(model), measured, provenance)
+    calibrated = read_model(model)
+    found = fit_station(calibrated, measured, provenance)
     fit_rms = found.rms(held_out=False) * 1e3
     held_out_rms = found.rms(held_out=True) * 1e3 if found.held_out.any() else None
     document: dict[str, object] = {
@@ -39,6 +47,7 @@ def station(
         out / "station.json": json_text(document),
         out / "model.yaml": model_text(found.calibrated),
     })
+    warn_if_inadequate(calibrated, model)
     if as_json:
         print(json.dumps(document, indent=2))
         return

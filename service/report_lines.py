@@ -6,6 +6,7 @@ import numpy as np
 
 from robocal.calibrated import UNKNOWN_ROTATION
 from robocal.diagnosis.diagnosis import Diagnosis, Verdict
+from robocal.formats.bundle import RejectedRow
 from robocal.identification.result import Identification, ResidualSummary
 from robocal.measurements import MeasurementSet
 from service.calibration import Calibration
@@ -37,8 +38,7 @@ def identification_lines(done: Calibration, out: Path) -> list[str]:
         lines.append(f"station drift up to {result.drift.largest * 1e3:.4f} mm: {what}")
     for row in result.suspect:
         lines.append(f"measurements.csv line {row.line}, held out, is suspect: {row.reason}")
-    for row in result.rejected:
-        lines.append(f"measurements.csv line {row.line} not used: {row.reason}")
+    lines += not_used_lines(result.rejected)
     for name, reason in result.unmet.items():
         lines.append(f"{name} was asked for, but is not identified: {reason}")
     lines += _redundant(result)
@@ -56,6 +56,11 @@ def _redundant(result: Identification) -> list[str]:
     for name, reason in result.reasons.items():
         alike.setdefault(reason, []).append(name)
     return [f"redundant: {', '.join(names)}: {reason}" for reason, names in alike.items()]
+
+
+def not_used_lines(rows: tuple[RejectedRow, ...]) -> list[str]:
+    """One line for every row that takes no part, with the reason."""
+    return [f"measurements.csv line {row.line} not used: {row.reason}" for row in rows]
 
 
 def _kinds(rows: MeasurementSet) -> str:
@@ -120,8 +125,7 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
         f"{gain.after * 1e3:.4f} mm after, {gain.reduction:.0%} less (95 %: {low:.0%} to "
         f"{high:.0%}); noise floor {found.noise_floor * 1e3:.4f} mm"
     )
-    for row in found.outliers:
-        lines.append(f"measurements.csv line {row.line} not used: {row.reason}")
+    lines += not_used_lines((*found.unusable, *found.outliers))
     if found.depends_on:
         names = ", ".join(dependence.covariate for dependence in found.depends_on[:5])
         lines.append(f"what remains depends on {names}")

@@ -8,6 +8,7 @@ from robocal.calibrated import UNKNOWN_ROTATION
 from robocal.uncertainty.evaluation import Evaluation
 from robocal.uncertainty.refit_verdict import judge_refits
 from robocal.uncertainty.workspace_map import WorkspaceMap
+from service.report_lines import not_used_lines
 
 
 def uncertainty_lines(evaluation: Evaluation, workspace: WorkspaceMap, out: Path) -> list[str]:
@@ -36,6 +37,7 @@ def uncertainty_lines(evaluation: Evaluation, workspace: WorkspaceMap, out: Path
         lines.append(judge_refits(evaluation, evaluation.refits).sentence)
     if not evaluation.result.tool_rotation_known:
         lines.append(f"no uncertainty of orientations is stated: {UNKNOWN_ROTATION}")
+    lines += not_used_lines(evaluation.result.rejected)
     lines += [evaluation.verdict.sentence, f"-> {out / 'uncertainty.json'}"]
     return lines
 

@@ -196,6 +196,7 @@ def _diagnosis(
         lack_of_fit_p=float(gammaincc(geometric.nu / 2.0, geometric.chi_square / 2.0)),
         adequacy=adequacy,
         effects=tuple(effects),
+        unusable=bundle.rejected,
         outliers=_outliers(measured.lines[~held_out], solution),
         depends_on=depends,
         gain=gain_of(before[judged], after[judged], measured.pose[judged]),

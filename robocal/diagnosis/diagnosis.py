@@ -96,6 +96,8 @@ class Diagnosis:
     """Of the extended model."""
     effects: tuple[NamedEffect, ...]
     """Most important first."""
+    unusable: tuple[RejectedRow, ...]
+    """Rows that no fit could use."""
     outliers: tuple[RejectedRow, ...]
     depends_on: tuple[Dependence, ...]
     """Covariates that the remaining residual depends on."""

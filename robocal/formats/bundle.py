@@ -18,6 +18,7 @@ from robocal.formats.measurements_csv import (
 )
 from robocal.formats.robot_yaml import plain_file_name, read_frame, read_robot
 from robocal.identification.priors import Choices, own_prior
+from robocal.identification.station_drift import seen_once
 from robocal.instrument import InstrumentNoise
 from robocal.measurements import MeasurementSet
 from robocal.robots.robot import Robot
@@ -91,21 +92,20 @@ def read_bundle(folder: Path) -> Bundle:
     instrument = _instrument(campaign, budget)
     csv_path = folder / "measurements.csv"
     measurements, split = read_measurements(csv_path, robot)
-    reasons = unusable_rows(measurements)
+    targets = _targets(campaign)
+    lines = measurements.lines
+    reasons = {int(lines[row]): reason for row, reason in unusable_rows(measurements).items()}
+    fixed = {name for name, target in targets.items() if target.fixed}
+    reasons |= seen_once(measurements.rows(~np.isin(lines, list(reasons))), fixed)
     held_out = _held_out(campaign, measurements, split)
-    usable = np.ones(len(measurements), dtype=bool)
-    usable[list(reasons)] = False
-    rejected = tuple(
-        RejectedRow(int(measurements.lines[row]), reason) for row, reason in reasons.items()
-    )
     bundle = Bundle(
         robot=robot,
         instrument=instrument,
-        measurements=replace(measurements, held_out=held_out).rows(usable),
-        rejected=rejected,
+        measurements=replace(measurements, held_out=held_out).rows(~np.isin(lines, list(reasons))),
+        rejected=tuple(RejectedRow(line, reason) for line, reason in sorted(reasons.items())),
         base_guess=_frame(campaign, "base_guess"),
         tool_guess=_frame(campaign, "tool_guess"),
-        targets=_targets(campaign),
+        targets=targets,
         anchor=_anchor(campaign),
         gravity=_gravity(campaign),
         choices=_choices(campaign),

@@ -1,5 +1,7 @@
 """`diagnosis.json`: what the model gets wrong and why, in file units."""
 
+from dataclasses import asdict
+
 from robocal.diagnosis.causes import Cause
 from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
 from robocal.diagnosis.extended import FittedEffect
@@ -20,6 +22,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, object]:
         },
         "effects": [_effect(named) for named in diagnosis.effects],
         "data_faults": _faults(diagnosis),
+        "rejected_rows": [asdict(row) for row in diagnosis.unusable],
         "depends_on": [
             {"covariate": found.covariate, "p_value": found.p_value}
             for found in diagnosis.depends_on

@@ -1,5 +1,7 @@
 """`uncertainty.json`: an evaluation of uncertainty in file units."""
 
+from dataclasses import asdict
+
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
@@ -52,6 +54,7 @@ def uncertainty_document(
         "tool_position": _tool_position(evaluation),
         "monte_carlo": _monte_carlo(evaluation),
         "refits": None if evaluation.refits is None else _refits(evaluation, evaluation.refits),
+        "rejected_rows": [asdict(row) for row in evaluation.result.rejected],
         "tool_rotation": {
             "known": evaluation.result.tool_rotation_known,
             "sentence": None if evaluation.result.tool_rotation_known else UNKNOWN_ROTATION,

@@ -6,6 +6,8 @@ it is smoothed as far as the nests' noise allows, and interpolated between visit
 back into the frame of the first visit.
 """
 
+from collections import Counter
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +26,7 @@ _SMOOTH_ENOUGH = 0.05
 """Chance of noise to leave as much as the polynomial leaves; [1]"""
 _LEVER = 0.05
 """Nests closer to a line than this give no rotation [m]"""
+_SEEN_ONCE = "a fixed nest of one visit alone shows no drift; visit it again, best at the end"
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,15 @@ class StationDrift:
     def largest(self) -> float:
         """Largest translation since the first visit [m]."""
         return float(np.linalg.norm(self.translation, axis=1).max())
+
+
+def seen_once(rows: MeasurementSet, fixed: Collection[str]) -> dict[int, str]:
+    """Line and reason of the rows of those fixed nests that were visited a single time."""
+    names = np.array(rows.target)
+    visits = [set(names[visit].tolist()) for visit in _visits(np.isin(names, list(fixed)))]
+    times = Counter(name for seen in visits for name in seen)
+    once = np.isin(names, [name for name, count in times.items() if count == 1])
+    return dict.fromkeys(rows.lines[once].tolist(), _SEEN_ONCE)
 
 
 def find_drift(

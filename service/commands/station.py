@@ -1,6 +1,7 @@
 """`robocal station`."""
 
 import json
+from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
@@ -30,6 +31,7 @@ def station(
     from robocal.formats.whole_file import write_together
     from robocal.stationing import station as fit_station
     from service.calibration import provenance_of
+    from service.report_lines import not_used_lines
 
     measured = read_bundle(bundle)
     provenance = provenance_of(measured, "station", datetime.now(UTC))
@@ -41,6 +43,7 @@ def station(
         "fit": {"rows": int((~found.held_out).sum()), "position_rms_mm": fit_rms},
         "held_out": {"rows": int(found.held_out.sum()), "position_rms_mm": held_out_rms},
         "left_behind": list(found.left_behind),
+        "rejected_rows": [asdict(row) for row in measured.rejected],
     }
     make_folder(out)
     write_together({
@@ -54,6 +57,8 @@ def station(
     print(f"base and tool fitted to {int((~found.held_out).sum())} rows: {fit_rms:.4f} mm RMS")
     if held_out_rms is not None:
         print(f"on {int(found.held_out.sum())} rows that were held out: {held_out_rms:.4f} mm RMS")
+    for line in not_used_lines(measured.rejected):
+        print(line)
     if found.left_behind:
         print(f"left behind with the earlier session: {', '.join(found.left_behind)}")
     print(f"-> {out / 'station.json'}, {out / 'model.yaml'}")

@@ -64,7 +64,10 @@ def main() -> None:
         # Without any argument typer prints the help, which it does as a program of its own.
         sys.exit(app(prog_name="robocal", standalone_mode=len(sys.argv) < 2))
     except typer.TyperException as error:
-        _leave(f"robocal: {error.format_message()}", error.exit_code)
+        said = error.format_message()
+        # The next name by spelling would be export, the opposite.
+        said = said.replace("'import'. Did you mean 'export'?", "'import'. It is called 'convert'.")
+        _leave(f"robocal: {said}", error.exit_code)
     except typer.Abort:
         _leave("robocal: stopped", 1)
     except BadInput as error:

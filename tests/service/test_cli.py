@@ -177,6 +177,15 @@ def test_uncertainty_writes_both_ways_of_reckoning(call, sound_bundle, tmp_path)
     assert document == json.loads((tmp_path / "uncertainty.json").read_text())
 
 
+def test_who_wants_to_import_a_file_is_sent_to_convert(call):
+    status, _, complaint = call("import", "arm.urdf")
+    assert (status, complaint) == (
+        2,
+        "robocal: No such command 'import'. It is called 'convert'.\n",
+    )
+    assert "Did you mean 'identify'?" in call("identfy")[2]
+
+
 def test_help_needs_neither_scipy_nor_a_web_server():
     program = (
         "import sys; sys.argv = ['robocal', '--help']\n"

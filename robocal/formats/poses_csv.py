@@ -9,6 +9,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
+from robocal.compensation import turned_as_flange
 from robocal.diagnosis.diagnosis import NextPoses
 from robocal.errors import BadInput
 from robocal.formats.measurements_csv import (
@@ -23,6 +24,7 @@ from robocal.formats.measurements_csv import (
 )
 from robocal.formats.table import Table, read_table, table_text, write_table
 from robocal.frames import quaternion_from_rotation
+from robocal.orientation_of import OrientationOf
 from robocal.robots.robot import Robot
 
 
@@ -57,13 +59,18 @@ class Predicted:
     """Rows without a quaternion, as the model does not know how the tool is turned."""
 
 
-def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> Predicted:
+def predict_table(
+    calibrated: CalibratedRobot,
+    poses: Path,
+    out: Path,
+    orientation_of: OrientationOf = OrientationOf.tool,
+) -> Predicted:
     """Fill x_mm ... qz of a table of joints, and how sure x, y, z are by the model's covariance.
 
     All its other columns are kept as they are.
 
     A row's `target` says of which nest; without one it is the tool. Quaternions of a tool whose
-    rotation the model does not know stay empty.
+    rotation the model does not know stay empty; those of the flange are always known.
 
     Raises
     ------
@@ -74,12 +81,15 @@ def predict_table(calibrated: CalibratedRobot, poses: Path, out: Path) -> Predic
     robot = calibrated.robot
     q = _complete_joints(table, robot)
     rows = replace(rows_of(table, robot), joints=q)
-    T = calibrated.target_poses(rows)
+    asked = calibrated
+    if orientation_of is OrientationOf.flange:
+        asked = turned_as_flange(calibrated)
+    T = asked.target_poses(rows)
     columns: dict[str, Sequence[str]] = {name: table.text(name) for name in table.header}
     for axis, name in enumerate(POSITION):
         columns[name] = _cells(T[:, axis, 3] * 1e3, 7)
     quaternion = quaternion_from_rotation(T[:, :3, :3])
-    unturned = calibrated.unturned(rows)
+    unturned = asked.unturned(rows)
     quaternion[unturned] = np.nan
     for part, name in enumerate(QUATERNION):
         columns[name] = _cells(quaternion[:, part], 12)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from robocal.orientation_of import OrientationOf
 from service.commands.options import AsJson, OutFile, warn, warn_if_inadequate
 
 
@@ -13,6 +14,9 @@ def predict(
     model: Annotated[Path, typer.Argument(metavar="MODEL.yaml")],
     poses: Annotated[Path, typer.Argument(metavar="POSES.csv")],
     out: OutFile,
+    orientation_of: Annotated[
+        OrientationOf, typer.Option(help="whose orientation qw ... qz shall state")
+    ] = OrientationOf.tool,
     *,
     as_json: AsJson = False,
 ) -> None:
@@ -22,9 +26,12 @@ def predict(
     from robocal.formats.poses_csv import predict_table
 
     calibrated = read_model(model)
-    made = predict_table(calibrated, poses, out)
+    made = predict_table(calibrated, poses, out, orientation_of)
     warn_if_inadequate(calibrated, model)
     if made.unturned:
-        warn(f"{made.unturned} rows have no quaternion: {UNKNOWN_ROTATION}")
+        warn(
+            f"{made.unturned} rows have no quaternion: {UNKNOWN_ROTATION}; "
+            "--orientation-of flange writes the flange's"
+        )
     document = {"rows": made.rows, "rows_without_quaternion": made.unturned, "out": str(out)}
     print(json.dumps(document) if as_json else f"{made.rows} poses -> {out}")

@@ -57,6 +57,12 @@ def targets_csv(path: Path, T: np.ndarray, q: np.ndarray) -> Path:
     return path
 
 
+def quaternions(path: Path) -> Rotation:
+    rows = csv.DictReader(path.read_text().splitlines())
+    table = [[float(row[name]) for name in ("qw", "qx", "qy", "qz")] for row in rows]
+    return Rotation.from_quat(table, scalar_first=True)
+
+
 def easy_joints(count: int) -> np.ndarray:
     """Away from singular poses [rad]."""
     middle = np.deg2rad([20, -80, 95, -100, -85, 10])
@@ -112,6 +118,18 @@ def test_a_prediction_leaves_the_quaternions_empty_and_says_why(positions, model
     away = np.linalg.norm(found - positions[1].true.poses(q)[:, :3, 3], axis=1)
     # 0.02 mm of noise a coordinate and 45 rows.
     assert away.max() < 2e-4
+
+
+def test_a_prediction_of_the_flanges_orientation_is_its_own(positions, model, call, tmp_path):
+    q = easy_joints(5)
+    out = tmp_path / "out.csv"
+    command = ("predict", model, joints_csv(tmp_path / "q.csv", q), "--out", out)
+    status, _, said = call(*command, "--orientation-of", "flange")
+    assert (status, said) == (0, "")
+    flange = replace(positions[1].true, tool=np.eye(4)).poses(q)[:, :3, :3]
+    turn = Rotation.from_matrix(flange).inv() * quaternions(out)
+    # The last link's own angles are off nominal by 1 mrad each, and no position sees them.
+    assert turn.magnitude().max() < 1e-2
 
 
 def test_targets_of_the_tool_are_refused_with_what_to_do(positions, model, call, tmp_path):
@@ -184,15 +202,10 @@ def test_a_stated_tool_is_used_and_nothing_is_said(positions, call, tmp_path):
     command = ("predict", tmp_path / "model.yaml", joints_csv(tmp_path / "q.csv", q), "--out", out)
     status, _, said = call(*command)
     assert (status, said) == (0, "")
-    rows = list(csv.DictReader(out.read_text().splitlines()))
-    found = Rotation.from_quat(
-        [[float(row[name]) for name in ("qw", "qx", "qy", "qz")] for row in rows],
-        scalar_first=True,
-    )
     flange = replace(positions[1].true, tool=np.eye(4)).poses(q)[:, :3, :3]
     stated = Rotation.from_matrix(flange) * Rotation.from_euler("ZYX", [10, 20, 30], degrees=True)
     # The last link's own angles are off nominal by 1 mrad each, and no position sees them.
-    assert (stated.inv() * found).magnitude().max() < 1e-2
+    assert (stated.inv() * quaternions(out)).magnitude().max() < 1e-2
 
 
 def test_rest_refuses_poses_of_such_a_tool_in_one_sentence_and_takes_the_flanges(

@@ -199,11 +199,16 @@ def test_the_report_is_one_file_that_loads_nothing(diagnosed):
 def test_compensated_joints_bring_the_target_to_the_wanted_pose_under_load(
     call, diagnosed, tmp_path
 ):
-    """Judged by `predict` from the same model; the geometry alone would miss by far more."""
+    """Judged by `predict` from the same model; the geometry alone would miss by far more.
+
+    The rows are positions, so the orientations are the flange's.
+    """
     case = diagnosed("payload_compliance")
     model, bundle = case.out / "model.yaml", case.bundle
     poses, back = tmp_path / "poses.csv", tmp_path / "back.csv"
-    assert call("predict", model, bundle / "measurements.csv", "--out", poses)[0] == 0
+    of_flange = ("--orientation-of", "flange")
+    readings = bundle / "measurements.csv"
+    assert call("predict", model, readings, "--out", poses, *of_flange)[0] == 0
     measured, predicted = columns(bundle / "measurements.csv"), columns(poses)
     loaded = np.flatnonzero(measured["payload_kg"].astype(float) > 3)[:10]
     joints = [f"j{joint}_deg" for joint in range(1, 7)]
@@ -217,7 +222,7 @@ def test_compensated_joints_bring_the_target_to_the_wanted_pose_under_load(
         lines.append(",".join([*cells, measured["payload_kg"][row]]))
     targets, found = tmp_path / "targets.csv", tmp_path / "found.csv"
     targets.write_text("\n".join(lines) + "\n")
-    assert call("compensate", model, targets, "--out", found)[0] == 0
+    assert call("compensate", model, targets, "--out", found, *of_flange)[0] == 0
     compensated = columns(found)
     # Some of the measured poses lie near a singularity and are named so.
     good = compensated["status"] == "reached"

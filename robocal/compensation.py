@@ -14,6 +14,7 @@ from robocal.calibrated import CalibratedRobot
 from robocal.frames import invert
 from robocal.kinematics.model import KinematicModel
 from robocal.nominal_joints import find_nominal_joints
+from robocal.orientation_of import OrientationOf
 from robocal.pose_solver import (
     Solution,
     configurations,
@@ -90,6 +91,20 @@ def turned_as_flange(calibrated: CalibratedRobot) -> CalibratedRobot:
     place[:3, 3] = (invert(flange) @ calibrated.model.tool_frame)[:3, 3]
     model = replace(calibrated.model, flange=flange @ place, tool=np.zeros(6))
     return replace(calibrated, model=model, tool_rotation_known=True)
+
+
+def asked_for(
+    calibrated: CalibratedRobot, orientation_of: OrientationOf | None
+) -> tuple[CalibratedRobot, OrientationOf]:
+    """The robot with the axes whose orientation is asked for, and whose these are.
+
+    Of the tool unless asked otherwise, or of the flange where the tool's rotation is not known.
+    """
+    if orientation_of is None:
+        known = calibrated.tool_rotation_known
+        orientation_of = OrientationOf.tool if known else OrientationOf.flange
+    flange = orientation_of is OrientationOf.flange
+    return (turned_as_flange(calibrated) if flange else calibrated), orientation_of
 
 
 def without_base(model: KinematicModel) -> KinematicModel:

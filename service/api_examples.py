@@ -152,6 +152,7 @@ ANSWERS: MappingProxyType[type[BaseModel], dict[str, Any]] = MappingProxyType({
     compensation.CompensatedJoints: {
         "cell": "welding-3",
         "version": 2,
+        "orientation_of": "tool",
         "columns": ["j1_deg", "j2_deg", "j3_deg", "j4_deg", "j5_deg", "j6_deg"],
         "joints_deg": [[20.013, -80.127, 95.204, -100.031, -85.002, 10.118], None],
         "joints": None,

@@ -101,7 +101,7 @@ class Client:
         poses: Sequence[WantedPose],
         frame: Frame = Frame.cell,
         temperature_degc: float | None = None,
-        orientation_of: OrientationOf = OrientationOf.tool,
+        orientation_of: OrientationOf | None = None,
     ) -> CompensatedJoints:
         """Return the joints that really reach the poses."""
         request = CompensationRequest(

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
-from robocal.compensation import turned_as_flange
+from robocal.compensation import asked_for
 from robocal.diagnosis.diagnosis import NextPoses
 from robocal.errors import BadInput
 from robocal.formats.measurements_csv import (
@@ -57,20 +57,21 @@ class Predicted:
     rows: int
     unturned: int
     """Rows without a quaternion, as the model does not know how the tool is turned."""
+    orientation_of: OrientationOf
 
 
 def predict_table(
     calibrated: CalibratedRobot,
     poses: Path,
     out: Path,
-    orientation_of: OrientationOf = OrientationOf.tool,
+    orientation_of: OrientationOf | None = None,
 ) -> Predicted:
     """Fill x_mm ... qz of a table of joints, and how sure x, y, z are by the model's covariance.
 
     All its other columns are kept as they are.
 
-    A row's `target` says of which nest; without one it is the tool. Quaternions of a tool whose
-    rotation the model does not know stay empty; those of the flange are always known.
+    A row's `target` says of which nest; without one it is the tool. Quaternions are the flange's
+    where the model does not know how the tool is turned; asked for the tool's, they stay empty.
 
     Raises
     ------
@@ -81,9 +82,7 @@ def predict_table(
     robot = calibrated.robot
     q = _complete_joints(table, robot)
     rows = replace(rows_of(table, robot), joints=q)
-    asked = calibrated
-    if orientation_of is OrientationOf.flange:
-        asked = turned_as_flange(calibrated)
+    asked, orientation_of = asked_for(calibrated, orientation_of)
     T = asked.target_poses(rows)
     columns: dict[str, Sequence[str]] = {name: table.text(name) for name in table.header}
     for axis, name in enumerate(POSITION):
@@ -97,7 +96,7 @@ def predict_table(
     for axis, name in enumerate(PREDICTED_STD):
         columns[name] = _cells(np.sqrt(variance[:, axis]) * 1e3, 7)
     _write(out, columns)
-    return Predicted(len(q), int(unturned.sum()))
+    return Predicted(len(q), int(unturned.sum()), orientation_of)
 
 
 def _complete_joints(table: Table, robot: Robot) -> Float[Array, "pose joint"]:

@@ -9,7 +9,7 @@ import typer
 
 from robocal.errors import BadInput, NoAnswer
 from robocal.orientation_of import OrientationOf
-from service.commands.options import AsJson, OutFile, warn_if_inadequate
+from service.commands.options import AsJson, OutFile, warn, warn_if_inadequate
 
 _NAMED = 20
 """Targets that a person is told of one by one; the file and --json name them all."""
@@ -30,15 +30,16 @@ def compensate(
         Frame, typer.Option(help="targets in the measuring frame or in the robot base")
     ] = Frame.measuring,
     orientation_of: Annotated[
-        OrientationOf, typer.Option(help="whose orientation qw ... qz state")
-    ] = OrientationOf.tool,
+        OrientationOf | None,
+        typer.Option(help="whose orientation qw ... qz state; the flange's if the tool's unknown"),
+    ] = None,
     *,
     as_json: AsJson = False,
 ) -> None:
     """Joints that really reach the wanted tool poses; names the targets that cannot be reached."""
     from robocal.calibrated import UNKNOWN_ROTATION
     from robocal.compensated_effects import compensate_robot
-    from robocal.compensation import turned_as_flange
+    from robocal.compensation import asked_for
     from robocal.formats.model_yaml import read_model
     from robocal.formats.targets_csv import read_targets, write_compensated
     from robocal.missed_targets import missed_sentence
@@ -47,8 +48,10 @@ def compensate(
     calibrated = read_model(model)
     robot = calibrated.robot
     wanted = read_targets(targets, robot)
-    if orientation_of is OrientationOf.flange:
-        calibrated = turned_as_flange(calibrated)
+    asked = orientation_of
+    calibrated, orientation_of = asked_for(calibrated, asked)
+    if asked is None and orientation_of is OrientationOf.flange:
+        warn(f"{targets.name}: orientations are taken as the flange's: {UNKNOWN_ROTATION}")
     unturned = calibrated.unturned(wanted.rows)
     if unturned.any():
         raise BadInput(

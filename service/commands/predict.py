@@ -15,8 +15,9 @@ def predict(
     poses: Annotated[Path, typer.Argument(metavar="POSES.csv")],
     out: OutFile,
     orientation_of: Annotated[
-        OrientationOf, typer.Option(help="whose orientation qw ... qz shall state")
-    ] = OrientationOf.tool,
+        OrientationOf | None,
+        typer.Option(help="whose orientation qw ... qz shall state; the flange's if unknown"),
+    ] = None,
     *,
     as_json: AsJson = False,
 ) -> None:
@@ -29,9 +30,13 @@ def predict(
     made = predict_table(calibrated, poses, out, orientation_of)
     warn_if_inadequate(calibrated, model)
     if made.unturned:
-        warn(
-            f"{made.unturned} rows have no quaternion: {UNKNOWN_ROTATION}; "
-            "--orientation-of flange writes the flange's"
-        )
-    document = {"rows": made.rows, "rows_without_quaternion": made.unturned, "out": str(out)}
+        warn(f"{made.unturned} rows have no quaternion: {UNKNOWN_ROTATION}")
+    elif orientation_of is None and made.orientation_of is OrientationOf.flange:
+        warn(f"the quaternions are the flange's: {UNKNOWN_ROTATION}")
+    document = {
+        "rows": made.rows,
+        "rows_without_quaternion": made.unturned,
+        "orientation_of": made.orientation_of,
+        "out": str(out),
+    }
     print(json.dumps(document) if as_json else f"{made.rows} poses -> {out}")

@@ -12,7 +12,7 @@ from numpy import ndarray as Array
 
 from robocal.calibrated import UNKNOWN_ROTATION, CalibratedRobot
 from robocal.compensated_effects import compensate_robot
-from robocal.compensation import Compensation, turned_as_flange
+from robocal.compensation import Compensation, asked_for
 from robocal.errors import BadInput
 from robocal.formats.measurements_csv import joint_columns
 from robocal.formats.model_yaml import model_from_document
@@ -59,9 +59,8 @@ def compensate_poses(
     """
     calibrated = _calibrated(json.dumps(model, sort_keys=True))
     calibrated = replace(calibrated, robot=narrowed(calibrated.robot, cell.limits))
-    if request.orientation_of is OrientationOf.flange:
-        calibrated = turned_as_flange(calibrated)
-    elif not calibrated.tool_rotation_known:
+    calibrated, orientation_of = asked_for(calibrated, request.orientation_of)
+    if orientation_of is OrientationOf.tool and not calibrated.tool_rotation_known:
         raise Unusable(
             f"body poses: state orientations of the tool, but {UNKNOWN_ROTATION}; state those of "
             'the flange with "orientation_of": "flange", or calibrate with full poses.'
@@ -70,7 +69,7 @@ def compensate_poses(
     nominal_q = _nominal_joints(calibrated.robot, request.poses)
     with _one_at_a_time:
         found = _compensate(calibrated, wanted, nominal_q, request)
-    return _answer(cell.name, version, calibrated.robot, found)
+    return _answer(cell.name, version, orientation_of, calibrated.robot, found)
 
 
 @lru_cache(maxsize=32)
@@ -135,7 +134,9 @@ def _compensate(
         ) from error
 
 
-def _answer(cell: str, version: int, robot: Robot, found: Compensation) -> CompensatedJoints:
+def _answer(
+    cell: str, version: int, orientation_of: OrientationOf, robot: Robot, found: Compensation
+) -> CompensatedJoints:
     rows: list[list[float] | None] = list((found.q / robot.joint_scale).round(9).tolist())
     missed = []
     for number, reach in enumerate(found.reach):
@@ -148,6 +149,7 @@ def _answer(cell: str, version: int, robot: Robot, found: Compensation) -> Compe
     return CompensatedJoints(
         cell=cell,
         version=version,
+        orientation_of=orientation_of,
         columns=list(joint_columns(robot)),
         joints_deg=rows if all_turn else None,
         joints=None if all_turn else rows,

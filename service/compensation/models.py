@@ -38,9 +38,9 @@ class CompensationRequest(Strict):
     poses: Annotated[list[WantedPose], Field(min_length=1, max_length=MOST_TARGETS)]
     frame: Frame = Frame.cell
     """`cell`: as the tracker sees it; `base`: in the robot's calibrated base."""
-    orientation_of: OrientationOf = OrientationOf.tool
-    """`flange`: the quaternions say how the flange is turned. Parameters from positions alone know
-    no other orientation."""
+    orientation_of: OrientationOf | None = None
+    """Whose orientation the quaternions state: `tool` or `flange`. Without it the tool's, but the
+    flange's with parameters from positions alone, which know no other."""
     temperature_degc: Annotated[float, Field(ge=-100, le=300)] | None = None
     """Of the robot now, for a model that knows of temperature."""
     payload_kg: Annotated[float, Field(ge=0, le=10_000)] | None = None
@@ -61,6 +61,8 @@ class CompensatedJoints(BaseModel):
     cell: str
     version: int
     """Of the parameters that were used."""
+    orientation_of: OrientationOf
+    """Whose orientation the poses' quaternions were taken for."""
     columns: list[str]
     """What stands in a row: `j1_deg`, ..., `j3_mm` for a prismatic joint."""
     joints_deg: list[list[float] | None] | None

@@ -103,11 +103,13 @@ def test_a_model_file_remembers_it_and_an_old_one_is_taken_as_before(model, tmp_
     assert read_model(old).tool_rotation_known
 
 
-def test_a_prediction_leaves_the_quaternions_empty_and_says_why(positions, model, call, tmp_path):
+def test_a_prediction_of_the_tools_orientation_leaves_it_empty_and_says_why(
+    positions, model, call, tmp_path
+):
     q = easy_joints(5)
     out = tmp_path / "out.csv"
     command = ("predict", model, joints_csv(tmp_path / "q.csv", q), "--out", out, "--json")
-    status, printed, said = call(*command)
+    status, printed, said = call(*command, "--orientation-of", "tool")
     assert status == 0
     assert said.count("\n") == 1
     assert UNKNOWN in said
@@ -120,12 +122,15 @@ def test_a_prediction_leaves_the_quaternions_empty_and_says_why(positions, model
     assert away.max() < 2e-4
 
 
-def test_a_prediction_of_the_flanges_orientation_is_its_own(positions, model, call, tmp_path):
+@pytest.mark.parametrize("asked", [(), ("--orientation-of", "flange")])
+def test_a_prediction_gives_the_flanges_orientation(positions, model, call, tmp_path, asked):
     q = easy_joints(5)
     out = tmp_path / "out.csv"
     command = ("predict", model, joints_csv(tmp_path / "q.csv", q), "--out", out)
-    status, _, said = call(*command, "--orientation-of", "flange")
-    assert (status, said) == (0, "")
+    status, _, said = call(*command, *asked)
+    assert status == 0
+    # Who did not ask for it is told.
+    assert (UNKNOWN in said) == (asked == ())
     flange = replace(positions[1].true, tool=np.eye(4)).poses(q)[:, :3, :3]
     turn = Rotation.from_matrix(flange).inv() * quaternions(out)
     # The last link's own angles are off nominal by 1 mrad each, and no position sees them.
@@ -136,7 +141,8 @@ def test_targets_of_the_tool_are_refused_with_what_to_do(positions, model, call,
     q = easy_joints(3)
     targets = targets_csv(tmp_path / "t.csv", positions[1].true.poses(q), q)
     out = tmp_path / "out.csv"
-    status, _, said = call("compensate", model, targets, "--out", out)
+    asked = ("--orientation-of", "tool")
+    status, _, said = call("compensate", model, targets, "--out", out, *asked)
     assert (status, said.count("\n")) == (2, 1)
     assert UNKNOWN in said
     for way in ("tool_guess", "full poses", "--orientation-of flange"):
@@ -144,15 +150,18 @@ def test_targets_of_the_tool_are_refused_with_what_to_do(positions, model, call,
     assert not out.exists()
 
 
-def test_targets_that_state_the_flanges_orientation_are_reached(positions, model, call, tmp_path):
+@pytest.mark.parametrize("asked", [(), ("--orientation-of", "flange")])
+def test_targets_that_state_the_flanges_orientation_are_reached(
+    positions, model, call, tmp_path, asked
+):
     cell, q = positions[1], easy_joints(10)
     flange = replace(cell.true, tool=np.eye(4))
     wanted = flange.poses(q)
     wanted[:, :3, 3] = cell.true.poses(q)[:, :3, 3]
     targets = targets_csv(tmp_path / "t.csv", wanted, q)
     out = tmp_path / "out.csv"
-    asked = ("--orientation-of", "flange")
-    assert call("compensate", model, targets, "--out", out, *asked)[0] == 0
+    status, _, said = call("compensate", model, targets, "--out", out, *asked)
+    assert (status, UNKNOWN in said) == (0, asked == ())
     rows = list(csv.DictReader(out.read_text().splitlines()))
     assert {row["status"] for row in rows} == {"reached"}
     found = np.radians([[float(row[f"j{k}_deg"]) for k in range(1, 7)] for row in rows])
@@ -227,12 +236,12 @@ def test_rest_refuses_poses_of_such_a_tool_in_one_sentence_and_takes_the_flanges
         {"xyz_mm": (1e3 * pose[:3, 3]).tolist(), "quaternion": turned.tolist()}
         for pose, turned in zip(wanted, quaternion, strict=True)
     ]
-    refused = client.post("cells/c1/compensate?version=1", json={"poses": poses})
+    body = {"poses": poses, "orientation_of": "tool"}
+    refused = client.post("cells/c1/compensate?version=1", json=body)
     assert refused.status_code == 422
     assert UNKNOWN in refused.json()["detail"]
     assert '"orientation_of": "flange"' in refused.json()["detail"]
-    body = {"poses": poses, "orientation_of": "flange"}
-    found = client.post("cells/c1/compensate?version=1", json=body).json()
-    assert found["reached"] == 4
+    found = client.post("cells/c1/compensate?version=1", json={"poses": poses}).json()
+    assert (found["reached"], found["orientation_of"]) == (4, "flange")
     there = arm.true.poses(np.deg2rad(found["joints_deg"]))
     assert np.abs(there - tool_poses).max() < 1e-6

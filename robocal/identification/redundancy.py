@@ -99,7 +99,9 @@ def split_columns(
             for other, move, share in zip(others, moves, shares, strict=True)
             if abs(share) > _TOLD_SHARE
         }
-        if (np.abs(moves) * prior_std[index] > _ROOM * prior_std[others]).any():
+        room = _ROOM * prior_std[others]
+        # What has no prior cannot be kept by it.
+        if np.isfinite(prior_std[index]) and (np.abs(moves) * prior_std[index] > room).any():
             weak_ones.append(index)
             reasons[names[index]] += "; kept with its prior, they could not move as far"
     for index in kinds.weak:

@@ -153,19 +153,28 @@ def campaign_events(
     looks: LooksDependency,
     settings: SettingsDependency,
     last_event_id: Annotated[RowNumber, Header()] = 0,
+    since: Annotated[
+        RowNumber,
+        Query(
+            alias="last_event_id",
+            description="as the header, for a script that opens the stream anew; the later holds",
+        ),
+    ] = 0,
 ) -> Response:
     """Send readings, progress and where the arm is as server-sent events.
 
     `reading` and `progress` are resumed by Last-Event-ID; `arm` tells the joints of the moving
     robot a few times a second, and has no id.
     """
-    seen = events.look(database, campaign, last_event_id)
-    if seen.ended and seen.campaign.revision <= last_event_id:
+    # A browser that comes back by itself sends the header to the address it opened long before.
+    since = max(since, last_event_id)
+    seen = events.look(database, campaign, since)
+    if seen.ended and seen.campaign.revision <= since:
         return Response(status_code=HTTPStatus.NO_CONTENT)
     stream = events.stream(
         looks.after,
         campaign,
-        last_event_id,
+        since,
         poll_s=settings.events_poll_s,
         heartbeat_s=settings.events_heartbeat_s,
     )

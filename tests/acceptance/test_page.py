@@ -279,6 +279,25 @@ def test_a_campaign_is_steered_by_keyboard_alone(browser, site, world, tmp_path)
         seen.require_clean()
 
 
+def test_a_page_follows_its_campaign_again_after_a_restart_and_a_refusal(browser, site, tmp_path):
+    with emulated_world(tmp_path, time_scale=5) as slow, watched(browser, site) as seen:
+        page = seen.page
+        site.make_cell(slow, "restarted")
+        number = site.start_campaign(12, "restarted")
+        seen.open(f"/campaigns/{number}")
+        expect(page.locator("#count")).to_have_text(re.compile(r"^[2-9]"))
+        page.route("**/events*", lambda route: route.fulfill(status=503), times=1)
+        site.service.kill()
+        expect(page.locator("#connection")).to_be_visible()
+        site.start_service()
+        seen.await_state("Finished")
+        expect(page.locator("#connection")).to_be_hidden()
+        page.locator("[data-drawn]").wait_for()
+        # Each reading once: none is lost with the connection, none told twice.
+        poses = page.locator("#readings-plot").evaluate("plot => plot.data[0].text")
+        assert poses == [f"Pose {pose}, repeat 0" for pose in range(12)]
+
+
 def _press(page: Page, name: str) -> None:
     """Walk to a button by Tab, as a person without a mouse would, and press Enter."""
     button = page.get_by_role("button", name=name, exact=True)

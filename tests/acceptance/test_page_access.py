@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, Route, expect, sync_playwright
 
 from tests.acceptance.test_page import ARGUMENTS, CHROMIUM, PATIENCE_MS
 from tests.credentials import PASSWORD
@@ -114,6 +114,44 @@ def test_a_login_that_ends_leads_to_the_login_and_typed_values_stay(stranger, se
     assert service.post("/welcome", {"token": token, "password": PASSWORD}).is_success
     log_in(page, "mia")
     expect(page.locator("#new-campaign").get_by_label("Poses")).to_have_value("33")
+
+
+@pytest.fixture
+def waiting(service) -> int:
+    """A campaign that no worker takes."""
+    device = {"driver": "mock", "address": "127.0.0.1:9"}
+    if not service.get("/cells/waits").is_success:
+        robot = {"model": "ur10e", **device}
+        service.post("/cells", {"name": "waits", "robot": robot, "tracker": device})
+    service.post("/cells/waits/arm")
+    return service.start_campaign(40, "waits")
+
+
+def test_a_button_leads_to_the_login_where_the_login_has_ended(stranger, service, waiting):
+    stranger.add_cookies([service.login_cookie("nia", "operate")])
+    page = opened(stranger, service, f"/campaigns/{waiting}")
+    pause = page.get_by_role("button", name="Pause")
+    expect(pause).to_be_enabled()
+    assert service.post("/users/nia/disable").status_code == 200
+    pause.click()
+    expect(page).to_have_url(re.compile(rf"/login\?next=%2Fcampaigns%2F{waiting}$"))
+
+
+def test_a_followed_campaign_leads_to_the_login_where_the_login_has_ended(
+    stranger, service, waiting
+):
+    stranger.add_cookies([service.login_cookie("pia", "operate")])
+    asked = []
+
+    def ended_meanwhile(route: Route) -> None:
+        if not asked:
+            assert service.post("/users/pia/disable").status_code == 200
+        asked.append(route.request.url)
+        route.continue_()
+
+    stranger.route("**/events*", ended_meanwhile)
+    page = opened(stranger, service, f"/campaigns/{waiting}")
+    expect(page).to_have_url(re.compile(rf"/login\?next=%2Fcampaigns%2F{waiting}$"))
 
 
 def test_passwords_stay_out_of_the_browsers_storage(stranger, service):

@@ -139,6 +139,18 @@ def test_what_a_campaign_does_not_have_is_404_with_its_state(client, cell):
         assert client.get(path).status_code == 404
 
 
+def test_events_go_on_behind_the_later_of_header_and_query(client, cell):
+    start(client)
+    client.post("campaigns/1/abort")
+    last = client.get("campaigns/1").json()["revision"]
+    assert f"id: {last}\nevent: progress" in client.get("campaigns/1/events").text
+    for header, query, status in ((last, 0, 204), (0, last, 204), (0, last - 1, 200)):
+        answer = client.get(
+            f"campaigns/1/events?last_event_id={query}", headers={"Last-Event-ID": str(header)}
+        )
+        assert answer.status_code == status
+
+
 def test_a_campaign_without_readings_has_the_columns_of_the_contract(client, cell):
     start(client)
     header = client.get("campaigns/1/measurements", headers={"Accept": "text/csv"}).text

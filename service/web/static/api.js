@@ -2,6 +2,9 @@
 
 import { say } from "./words.js";
 
+// Here a 401 says that the password or the link was wrong.
+const LOGINS = ["/api/v1/login", "/api/v1/welcome"];
+
 export class Refusal extends Error {}
 
 export function newKey() {
@@ -27,9 +30,23 @@ export function ownPage() {
   return token ? { "X-CSRF-Token": token } : {};
 }
 
+// The way on where a login has ended; once is enough, each further one would begin the way anew.
+let leaving = false;
+
+export function leaveForLogin() {
+  if (leaving) return;
+  leaving = true;
+  location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
+}
+
 async function send(address, options) {
   const answer = await reach(address, options);
   if (answer.ok) return answer.json();
+  if (answer.status === 401 && !LOGINS.includes(address)) {
+    leaveForLogin();
+    // The page is being left: nobody is to read anything of the refusal.
+    return new Promise(() => {});
+  }
   const told = answer.headers.get("content-type")?.startsWith("application/problem+json");
   throw new Refusal(
     told ? (await answer.json()).detail : say("answer_unclear", { status: answer.status }),

@@ -5,6 +5,7 @@ import { watchCells } from "./cells.js";
 import { confirmed } from "./confirm.js";
 import { showDiagnosis } from "./diagnosis.js";
 import { drawResiduals, drawVerification } from "./error_plot.js";
+import { followEvents } from "./events.js";
 import { LiveView } from "./live.js";
 import { refresh } from "./parts.js";
 import { loadPlotly } from "./plot.js";
@@ -52,29 +53,29 @@ document.getElementById("controls").addEventListener("click", async (event) => {
   }
 });
 
-function follow() {
-  const events = new EventSource(`${address}/events`);
-  events.addEventListener("open", () => (connection.hidden = true));
-  events.addEventListener("error", () => (connection.hidden = false));
-  events.addEventListener("reading", (event) => {
-    latest = JSON.parse(event.data);
-    readings.hidden = false;
-    plot.add(latest);
-    live?.add(latest);
-  });
-  events.addEventListener("arm", (event) => live?.follow(JSON.parse(event.data)));
-  events.addEventListener("progress", (event) => {
-    const campaign = JSON.parse(event.data);
-    showProgress(campaign, latest);
-    showSkipped(campaign.skipped);
-    // Whoever resumes a campaign arms the cell first, and can do both here.
-    if (cell) showCell(campaign.state === "paused");
-    if (ENDED.includes(campaign.state)) {
-      events.close();
-      showResult(campaign);
-    }
-  });
-}
+const stop = followEvents(
+  address,
+  {
+    reading: (reading) => {
+      latest = reading;
+      readings.hidden = false;
+      plot.add(reading);
+      live?.add(reading);
+    },
+    arm: (arm) => live?.follow(arm),
+    progress: (campaign) => {
+      showProgress(campaign, latest);
+      showSkipped(campaign.skipped);
+      // Whoever resumes a campaign arms the cell first, and can do both here.
+      if (cell) showCell(campaign.state === "paused");
+      if (ENDED.includes(campaign.state)) {
+        stop();
+        showResult(campaign);
+      }
+    },
+  },
+  (there) => (connection.hidden = there),
+);
 
 async function showSkipped(count) {
   if (count === skippedShown) return;
@@ -124,7 +125,6 @@ async function withPlotly(place, use) {
 }
 
 if (cell) watchCells(cell);
-follow();
 ready();
 await withPlotly(document.getElementById("readings-plot"), (plotly) => {
   plot.use(plotly);

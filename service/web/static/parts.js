@@ -1,11 +1,13 @@
 // Parts of a page that the service renders anew.
 
+import { leaveForLogin } from "./api.js";
+
 const shown = new WeakMap();
 
 export async function refresh(part) {
   const answer = await fetch(part.dataset.part);
   if (answer.status === 401) {
-    location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
+    leaveForLogin();
     return;
   }
   if (!answer.ok) throw new Error(`${part.dataset.part}: status ${answer.status}`);

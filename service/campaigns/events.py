@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 
 from service.campaigns import life, store
 from service.campaigns.arm_now import arm_now
-from service.campaigns.models import ENDED, Campaign
+from service.campaigns.models import ENDED, Campaign, CampaignState
 from service.db.engine import Database
 from service.db.models import PoseRow, ReadingRow
 
@@ -30,7 +30,7 @@ class Look:
     campaign: Campaign
     readings: tuple[str, ...]
     arm: str | None
-    """Where the arm is, as the data of an event; None where nobody saw it, or of old."""
+    """Where the arm is, as the data of an event; None where nobody saw it, or its work is done."""
 
     @property
     def ended(self) -> bool:
@@ -48,7 +48,9 @@ def look(database: Database, number: int, since: int) -> Look:
     with database.read() as session:
         row = life.find(session, number)
         shown = store.shown(session, row)
-        arm = None if shown.state in ENDED else arm_now(session, database, number)
+        # Of an aborted campaign it still tells where the arm was left standing.
+        finished = shown.state is CampaignState.finished
+        arm = None if finished else arm_now(session, database, number)
         return Look(shown, tuple(_readings(session, number, since)), arm)
 
 

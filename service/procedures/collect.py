@@ -66,11 +66,14 @@ def collect(job: Job) -> None:
     ensure_plan(job)
     setup = _setup(job)
     try:
-        with connected(setup.cell, setup.judge.robot.n_joints) as devices:
+        with (
+            Whereabouts(job) as whereabouts,
+            connected(setup.cell, setup.judge.robot.n_joints) as devices,
+        ):
             # A motion that a dead worker had started may still be under way.
             devices.robot.stop()
             settle(devices.robot, 0.0, job.watch)
-            with Whereabouts(job) as whereabouts:
+            with whereabouts.to_rest(devices.robot):
                 Course(job, setup, devices, whereabouts).run()
     except DriverError as error:
         job.watch.check()

@@ -2,8 +2,10 @@
 
 import json
 import math
+import re
 import time
 
+import numpy as np
 import pytest
 from service_cell import START_DEG, emulated_world, installation, poses_about_start, wait_until
 
@@ -78,7 +80,15 @@ def test_a_person_stops_the_robot_in_the_middle_of_a_motion(
     assert reason in shown["reason"]
     assert shown["done"] == 0
     assert shared.rows("SELECT count(*) FROM job WHERE state = 'running'") == [(0,)]
-    assert not moving(world)
+    robot = world.ask("robot")
+    assert not robot["moving"]
+    # Where it stands after braking, not where it was seen while it moved.
+    ((kept,),) = shared.rows(f"SELECT joints FROM whereabouts WHERE campaign = {number}")
+    assert json.loads(kept) == pytest.approx(robot["joints"], abs=1e-9)
+    if state == "aborted":
+        told = shared.get(f"/campaigns/{number}/events").text
+        angles = json.loads(re.search(r"event: arm\ndata: (.*)", told)[1])["joints"]
+        assert np.radians(angles) == pytest.approx(robot["joints"], abs=1e-4)
 
 
 def test_a_paused_campaign_goes_on_at_the_next_unmeasured_pose(shared, world, cell):

@@ -7,12 +7,23 @@ import service.web
 from service.access.caller import CallerKind
 from service.access.scopes import Scope
 from service.base_calibrations.models import Cup, Role, Sensors, State, Step, TransformState
+from service.campaigns import follow_ups
 from service.campaigns.models import CampaignKind, CampaignState
+from service.campaigns.store import PURPOSE_CALIBRATE
 from service.parameters.models import LifeEvent, ParametersState
+from service.procedures.plan import PURPOSE_COMPENSATED, PURPOSE_HEALTH, PURPOSE_NOMINAL
 from service.web import forms
 from service.web.preferences import Theme
 from service.web.words import DEFAULT_LANGUAGE, LANGUAGES, WORDS
 
+PURPOSES = (
+    PURPOSE_CALIBRATE,
+    PURPOSE_NOMINAL,
+    PURPOSE_COMPENSATED,
+    PURPOSE_HEALTH,
+    follow_ups.PURPOSE,
+)
+DOWNLOADS = ("identification", "uncertainty", "verification", "health")
 MAPS = ("residual", "uncertainty")
 BRACES = re.compile(r"\{\w+\}")
 RESIDUALS = ("before", "fit", "held_out", "random_folds", "blocked_folds")
@@ -33,7 +44,7 @@ def made_of_parts() -> set[str]:
         *(f"choice_{kind}" for kind in forms.KINDS_OFFERED),
         *(f"kind_{kind}" for kind in CampaignKind),
         *(f"state_{state}" for state in CampaignState),
-        *(f"purpose_{purpose}" for purpose in ("calibrate", "nominal", "compensated")),
+        *(f"purpose_{purpose}" for purpose in PURPOSES),
         *(f"status_{status}" for status in ("identified", "fixed", "redundant")),
         *(f"residuals_{rows}" for rows in RESIDUALS),
         *(f"verification_{rows}" for rows in ("before", "after")),
@@ -52,7 +63,7 @@ def made_of_parts() -> set[str]:
         *(f"stage_part_{sensor}" for sensor in Sensors.model_fields),
         *(f"caller_{kind}" for kind in CallerKind if kind is not CallerKind.nobody),
         *(f"scope_{scope}" for scope in Scope if scope is not Scope.public),
-        *(f"download_{kind}" for kind in ("identification", "uncertainty", "verification")),
+        *(f"download_{kind}" for kind in DOWNLOADS),
     }
 
 

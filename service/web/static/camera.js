@@ -1,6 +1,9 @@
 // A camera that looks at the middle of things from a distance, without perspective.
 
 const TURN = Math.PI / 24;
+// The picture is lower than wide: of what lies within this share of the radius, nothing is ever out
+// of it, however it is turned.
+const IN_VIEW = 0.8;
 const KEYS = {
   ArrowLeft: (camera) => camera.turn(TURN, 0),
   ArrowRight: (camera) => camera.turn(-TURN, 0),
@@ -29,8 +32,17 @@ export class Camera {
     const low = [0, 1, 2].map((axis) => Math.min(...points.map((point) => point[axis])));
     const high = [0, 1, 2].map((axis) => Math.max(...points.map((point) => point[axis])));
     this.centre = low.map((value, axis) => (value + high[axis]) / 2);
-    const reach = (point) => Math.hypot(...point.map((value, axis) => value - this.centre[axis]));
-    this.radius = Math.max(...points.map(reach)) || 1;
+    this.radius = Math.max(...points.map((point) => this.#reach(point))) || 1;
+  }
+
+  // Steps back where a point would be out of view, and never comes nearer again by itself.
+  cover(points) {
+    const reach = Math.max(...points.map((point) => this.#reach(point)));
+    this.radius = Math.max(this.radius, reach / IN_VIEW);
+  }
+
+  #reach(point) {
+    return Math.hypot(...point.map((value, axis) => value - this.centre[axis]));
   }
 
   turn(azimuth, elevation) {

@@ -91,10 +91,11 @@ async function showCell(wanted) {
 async function showResult(campaign) {
   await refresh(result);
   if (diagnosis) await showDiagnosis(diagnosis);
-  const place = result.querySelector("[data-plot]");
-  if (campaign.state !== "finished" || !place) return;
+  if (campaign.state !== "finished") return;
   live?.end();
   document.getElementById("result-downloads").hidden = false;
+  const place = result.querySelector("[data-plot]");
+  if (!place) return;
   const kind = place.dataset.plot === "verification" ? "verification" : "identification";
   const draw = kind === "verification" ? drawVerification : drawResiduals;
   const found = await get(`${address}/${kind}`);

@@ -60,6 +60,7 @@ export class LiveView {
       // The service is away for a moment; the next one asks again.
       return;
     }
+    this.#space.cover(arm);
     const from = this.#steps.at(-1) ?? arm;
     this.#steps = STEPS.map((share) => between(from, arm, share));
     this.#walk.go(0, this.#steps.length - 1);
@@ -94,9 +95,13 @@ export class LiveView {
     showSensors(live.sensors);
     if (live.residuals) this.#showResiduals();
     await this.#prepare(live.arm_mm);
-    this.#space.show({ dots: this.#dots() });
+    await this.#fetchLaterTips();
+    this.#showTips();
     // Where it was read; by now it may be on its way again.
-    if (!this.#followed) this.#space.show({ arm: live.arm_mm });
+    if (!this.#followed) {
+      this.#space.cover(live.arm_mm);
+      this.#space.show({ arm: live.arm_mm });
+    }
     this.section.dataset.pose = [...this.#done].at(-1);
   }
 
@@ -109,19 +114,36 @@ export class LiveView {
   }
 
   async #makeSpace(arm) {
-    this.#tips = await get(`/parts/campaigns/${this.number}/tips`);
+    await this.#fetchTips();
     this.#space = new Space(document.getElementById("live-space"), { label: say("live_picture") });
     this.#space.frame([...this.#tips.mm, ...arm]);
-    this.#space.show({ dots: this.#dots() });
+    this.#space.cover(arm);
+    this.#showTips();
   }
 
-  #dots() {
-    return this.#tips.mm.map((at, i) => ({
+  async #fetchTips() {
+    this.#tips = await get(`/parts/campaigns/${this.number}/tips`);
+  }
+
+  // A further round of a follow-up has poses of its own.
+  async #fetchLaterTips() {
+    const known = new Set(this.#tips.pose);
+    if (this.#tips.all || [...this.#done].every((pose) => known.has(pose))) return;
+    await this.#fetchTips();
+    this.#space.cover(this.#tips.mm);
+    // Of a long plan the service tells the first part only; asking again brings nothing.
+    this.#tips.all = this.#tips.pose.length === known.size;
+  }
+
+  #showTips() {
+    const dots = this.#tips.mm.map((at, i) => ({
       at,
       text: say("live_tip", { pose: this.#tips.pose[i] }),
       paint: this.#done.has(this.#tips.pose[i]) ? "series-before" : "series-fit",
       open: !this.#done.has(this.#tips.pose[i]),
     }));
+    this.#space.show({ dots });
+    this.section.dataset.tips = dots.length;
   }
 
   #showResiduals() {

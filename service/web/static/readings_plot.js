@@ -4,7 +4,13 @@ import { colour } from "./colours.js";
 import { axis, drawAlways } from "./plot.js";
 import { say } from "./words.js";
 
-const PAINTS = { calibrate: "series-fit", nominal: "series-before", compensated: "series-held-out" };
+const PAINTS = {
+  calibrate: "series-fit",
+  follow_up: "series-fit",
+  health: "series-fit",
+  nominal: "series-before",
+  compensated: "series-held-out",
+};
 const REDRAW_MS = 400;
 
 export class ReadingsPlot {

@@ -34,6 +34,12 @@ export class Space {
     this.draw();
   }
 
+  // Besides, what has come there since.
+  cover(points) {
+    this.#camera.cover(points);
+    this.draw();
+  }
+
   // arm: points; dots: {at, text, paint or share, size, open}; legend: {low, high, title}
   show(scene) {
     Object.assign(this.#scene, scene);

@@ -184,6 +184,8 @@ CHINESE: dict[str, str] = {
     "purpose_calibrate": "标定位姿",
     "purpose_nominal": "名义关节角",
     "purpose_compensated": "补偿后的关节角",
+    "purpose_follow_up": "补测位姿",
+    "purpose_health": "状态检查位姿",
     "latest": "最新",
     "pose_label": "位姿 {pose}，第 {repeat} 轮",
     "downloads": "读数和数据包",
@@ -191,6 +193,7 @@ CHINESE: dict[str, str] = {
     "download_identification": "identification.json",
     "download_uncertainty": "uncertainty.json",
     "download_verification": "verification.json",
+    "download_health": "health.json",
     # Results
     "result": "结果",
     "result_pending": "最后一个位姿测量并计算完成后，结果会显示在这里。",

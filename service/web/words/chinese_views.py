@@ -98,7 +98,7 @@ CHINESE_VIEWS: dict[str, str] = {
     "to_health_trend": "此单元的趋势",
     # Watching
     "live": "实时",
-    "live_picture": "最新读数时的手臂。方向键旋转，加号和减号缩放。",
+    "live_picture": "运动中的手臂。方向键旋转，加号和减号缩放。",
     "live_position": "跟踪仪",
     "live_joints": "关节",
     "live_sensors": "传感器",

@@ -194,6 +194,8 @@ WORDS: dict[str, str] = {
     "purpose_calibrate": "Calibration pose",
     "purpose_nominal": "Nominal joints",
     "purpose_compensated": "Compensated joints",
+    "purpose_follow_up": "Follow-up pose",
+    "purpose_health": "Health check pose",
     "latest": "Latest",
     "pose_label": "Pose {pose}, repeat {repeat}",
     "downloads": "Readings and bundle",
@@ -201,6 +203,7 @@ WORDS: dict[str, str] = {
     "download_identification": "identification.json",
     "download_uncertainty": "uncertainty.json",
     "download_verification": "verification.json",
+    "download_health": "health.json",
     # Results
     "result": "Result",
     "result_pending": "The result appears here when the last pose is measured and computed.",

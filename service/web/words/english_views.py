@@ -106,7 +106,7 @@ ENGLISH_VIEWS: dict[str, str] = {
     "to_health_trend": "Trend of this cell",
     # Watching
     "live": "Live",
-    "live_picture": "The arm at the latest reading. Arrow keys turn it, plus and minus zoom.",
+    "live_picture": "The arm as it moves. Arrow keys turn it, plus and minus zoom.",
     "live_position": "Tracker",
     "live_joints": "Joints",
     "live_sensors": "Sensors",

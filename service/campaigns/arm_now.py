@@ -13,19 +13,18 @@ from robocal.robots.robot import Robot
 from service.cells.arm_lines import arm_lines
 from service.cells.bounds import surroundings
 from service.cells.models import NewCell
-from service.db.engine import Database
 from service.db.models import CampaignRow, WhereaboutsRow
 
 
-def arm_now(session: Session, database: Database, number: int) -> str | None:
+def arm_now(session: Session, row: CampaignRow) -> str | None:
     """Return what a page is told of the arm; None where it was not seen yet."""
-    seen = session.get(WhereaboutsRow, number)
-    return None if seen is None else _payload(database, number, tuple(seen.joints))
+    seen = session.get(WhereaboutsRow, row.id)
+    return None if seen is None else _payload(json.dumps(row.cell_document), tuple(seen.joints))
 
 
 @lru_cache(maxsize=64)
-def _payload(database: Database, number: int, joints: tuple[float, ...]) -> str:
-    robot, cell = _driven(database, number)
+def _payload(cell_document: str, joints: tuple[float, ...]) -> str:
+    robot, cell = _driven(cell_document)
     q = np.array([joints])
     return json.dumps({
         "columns": list(joint_columns(robot)),
@@ -35,9 +34,10 @@ def _payload(database: Database, number: int, joints: tuple[float, ...]) -> str:
 
 
 @lru_cache(maxsize=64)
-def _driven(database: Database, number: int) -> tuple[Robot, Cell]:
-    """Return the robot and what is around it; neither changes while a campaign lives."""
-    with database.read() as session:
-        document = session.get_one(CampaignRow, number).cell_document
-    cell = NewCell.model_validate(document)
+def _driven(cell_document: str) -> tuple[Robot, Cell]:
+    """Return the robot and what is around it.
+
+    Kept by what describes them: after a restore a campaign's number may be another campaign's.
+    """
+    cell = NewCell.model_validate_json(cell_document)
     return load_robot(cell.robot.model), surroundings(cell)

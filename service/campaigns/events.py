@@ -50,7 +50,7 @@ def look(database: Database, number: int, since: int) -> Look:
         shown = store.shown(session, row)
         # Of an aborted campaign it still tells where the arm was left standing.
         finished = shown.state is CampaignState.finished
-        arm = None if finished else arm_now(session, database, number)
+        arm = None if finished else arm_now(session, row)
         return Look(shown, tuple(_readings(session, number, since)), arm)
 
 

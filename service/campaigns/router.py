@@ -109,7 +109,8 @@ def list_campaigns(
 ) -> Campaigns:
     """Campaigns, newest first, a page at a time."""
     with database.read() as session:
-        found = store.page(session, store.Filter(cell, kind, state, since), before, limit)
+        wanted = store.Filter(cell, tuple(CampaignKind) if kind is None else (kind,), state, since)
+        found = store.page(session, wanted, before, limit)
     return Campaigns(campaigns=found, next_before=found[-1].id if len(found) == limit else None)
 
 

@@ -100,7 +100,7 @@ class Filter:
     """Which campaigns to show; None stands for any."""
 
     cell: str | None = None
-    kind: CampaignKind | None = None
+    kinds: tuple[CampaignKind, ...] = tuple(CampaignKind)
     state: CampaignState | None = None
     since: datetime | None = None
     """Made at this time or later."""
@@ -112,9 +112,9 @@ EVERY = Filter()
 def page(session: Session, wanted: Filter, before: int | None, limit: int) -> list[Campaign]:
     """Campaigns, newest first."""
     query = select(CampaignRow).order_by(CampaignRow.id.desc()).limit(limit)
+    query = query.where(CampaignRow.kind.in_(wanted.kinds))
     for column, value in (
         (CampaignRow.cell, wanted.cell),
-        (CampaignRow.kind, wanted.kind),
         (CampaignRow.state, wanted.state),
     ):
         if value is not None:

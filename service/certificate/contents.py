@@ -11,7 +11,14 @@ from sqlalchemy.orm import Session
 
 from service.campaigns import life, results
 from service.campaigns.results import ResultKind
-from service.db.models import BundleRow, CampaignRow, ParametersRow, ReadingRow, ResultRow
+from service.db.models import (
+    BundleRow,
+    CampaignRow,
+    ParametersEventRow,
+    ParametersRow,
+    ReadingRow,
+    ResultRow,
+)
 from service.errors import Conflict
 from service.parameters.models import ParametersState
 
@@ -71,9 +78,8 @@ class Hashed:
 class Contents:
     """Everything that stands in a certificate."""
 
-    number: str
     issued: str
-    """When the newest result in it was computed."""
+    """When the newest of what it states came about: a result, or a step of the parameters."""
     cell: str
     robot: str
     version: int | None
@@ -102,10 +108,8 @@ def contents(session: Session, number: int) -> Contents:
     diagnosis = _newest(session, number, "diagnosis")
     parts = [row for row in (found, uncertainty, verification, diagnosis) if row is not None]
     hashes = _hashes(found, parts)
-    digest = hashlib.sha256("".join(one.sha256 for one in hashes).encode()).hexdigest()
     return Contents(
-        number=f"{number}-{digest[:12]}",
-        issued=max(row.created for row in parts),
+        issued=max([row.created for row in parts] + _steps(session, parameters)),
         cell=campaign.cell or "none (imported)",
         robot=_robot_name(found),
         version=None if parameters is None else parameters.version,
@@ -144,6 +148,17 @@ def _verification(session: Session, parameters: ParametersRow) -> ResultRow | No
         .order_by(ResultRow.id.desc())
         .limit(1)
     ).first()
+
+
+def _steps(session: Session, parameters: ParametersRow | None) -> list[str]:
+    """When the version became what it is now."""
+    if parameters is None:
+        return []
+    of_version = (
+        ParametersEventRow.cell == parameters.cell,
+        ParametersEventRow.version == parameters.version,
+    )
+    return list(session.scalars(select(ParametersEventRow.at).where(*of_version)))
 
 
 def _newest(session: Session, campaign: int, kind: str) -> ResultRow | None:

@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Header, Query, Response
 
 from service.certificate.contents import contents
-from service.certificate.document import certificate_html, certificate_pdf
+from service.certificate.document import certificate, certificate_pdf
 from service.dependencies import DatabaseDependency, RowNumber
 
 router = APIRouter(prefix="/campaigns/{campaign}/certificate", tags=["campaigns"])
@@ -34,16 +34,16 @@ def get_certificate(
 ) -> Response:
     """Return the certificate: HTML, or PDF by Accept or `?format=pdf`."""
     with database.read() as session:
-        found = contents(session, campaign)
+        made = certificate(contents(session, campaign))
         if wanted is CertificateFormat.pdf or (wanted is None and _PDF in accept):
-            name = f"certificate-{found.number}.pdf"
+            name = f"certificate-{made.number}.pdf"
             return Response(
-                certificate_pdf(found),
+                certificate_pdf(made),
                 media_type=_PDF,
                 headers={"Content-Disposition": f'inline; filename="{name}"'},
             )
         return Response(
-            certificate_html(found),
+            made.html,
             media_type=_HTML,
             # The file brings its own style and nothing else.
             headers={"Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'"},

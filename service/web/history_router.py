@@ -78,6 +78,6 @@ def _identification(session: Session, number: int) -> Json:
 
 
 def _calibrations(session: Session) -> list[Campaign]:
-    done = store.Filter(state=CampaignState.finished)
-    found = store.page(session, done, None, OFFERED)
-    return [one for one in found if one.kind in {CampaignKind.calibrate, CampaignKind.follow_up}]
+    kinds = (CampaignKind.calibrate, CampaignKind.follow_up)
+    done = store.Filter(kinds=kinds, state=CampaignState.finished)
+    return store.page(session, done, None, OFFERED)

@@ -89,10 +89,11 @@ class PlannedTips:
 
 
 @lru_cache(maxsize=64)
-def live(database: Database, number: int, revision: int) -> Live | None:
+def live(database: Database, number: int, created: str, revision: int) -> Live | None:
     """Look once a revision, however many pages watch; None before the first reading.
 
-    `revision` is the campaign's own: a later one is another look.
+    `revision` is the campaign's own: a later one is another look. So is another `created`: after a
+    restore the number may be another campaign's.
     """
     with database.read() as session:
         row, cell = _driven(session, number)

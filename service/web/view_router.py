@@ -45,5 +45,6 @@ def planned_tips(number: RowNumber, database: DatabaseDependency) -> live_view.P
 def watch(number: RowNumber, database: DatabaseDependency) -> live_view.Live | None:
     """Return arm, residuals and sensors after the latest reading."""
     with database.read() as session:
-        revision = life.find(session, number).revision
-    return live_view.live(database, number, revision)
+        row = life.find(session, number)
+        created, revision = row.created, row.revision
+    return live_view.live(database, number, created, revision)

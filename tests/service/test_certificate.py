@@ -1,6 +1,7 @@
 """The certificate: what it states, and that the same database gives the same bytes."""
 
 import hashlib
+import re
 import subprocess
 import sys
 
@@ -11,7 +12,7 @@ from service.db.models import CampaignRow, ParametersRow, ResultRow
 from service.parameters import life, store
 from service.parameters.models import Origin
 from tests.robocal.formats.calibrated_arms import calibrated_arm
-from tests.service.released_arm import content_of
+from tests.service.released_arm import WHY, content_of
 
 CELL = {
     "name": "c1",
@@ -57,12 +58,12 @@ VERIFICATION = {
 RENDER = """
 import sys
 from service.certificate.contents import contents
-from service.certificate.document import certificate_html, certificate_pdf
+from service.certificate.document import certificate, certificate_pdf
 from service.db.engine import open_database
 database = open_database(sys.argv[1])
 with database.read() as session:
-    found = contents(session, 1)
-    sys.stdout.buffer.write(certificate_html(found).encode() + certificate_pdf(found))
+    made = certificate(contents(session, 1))
+    sys.stdout.buffer.write(made.html.encode() + certificate_pdf(made))
 database.close()
 """
 
@@ -133,6 +134,29 @@ def test_it_is_a_pdf_by_accept_and_by_query(client, certified):
         answer = client.get("campaigns/1/certificate", **options)
         assert answer.headers["Content-Type"] == "application/pdf"
         assert answer.content.startswith(b"%PDF-")
+
+
+def stated(client) -> tuple[str, str, str]:
+    """Number, date and state of the parameters, as printed."""
+    page = client.get("campaigns/1/certificate").text
+    lines = ("Number</th><td>(.*?)<", "Issued</th><td>(.*?)<", "version 1, (.*?)<")
+    return tuple(re.search(line, page)[1] for line in lines)
+
+
+def test_a_certificate_that_states_something_else_has_another_number_and_date(
+    client, certified, database
+):
+    with database.write() as session:
+        store.add_candidate(session, "c1", 2, content_of(calibrated_arm("ur10e"), 2))
+    seen = [stated(client)]
+    for version in (1, 2):
+        client.post(f"cells/c1/parameters/{version}/release", json=WHY)
+        seen.append(stated(client))
+    numbers, dates, states = zip(*seen, strict=True)
+    assert list(states) == ["verified", "released", "superseded"]
+    assert len(set(numbers)) == 3
+    assert list(dates) == sorted(set(dates))
+    assert stated(client) == seen[-1]
 
 
 def test_without_an_identification_there_is_no_certificate(client, certified):

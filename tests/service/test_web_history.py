@@ -4,7 +4,9 @@ import copy
 
 import pytest
 
+from service.db.models import CampaignRow
 from service.parameters import store
+from service.web import history_router
 from service.web.compare_view import compared_errors, compared_parameters
 from tests.robocal.formats.calibrated_arms import calibrated_arm
 from tests.service.released_arm import WHY, content_of
@@ -62,6 +64,30 @@ def versions(client, cell, database) -> None:
     with database.write() as session:
         for _ in range(2):
             store.add_candidate(session, "c1", 1, content_of(calibrated_arm("ur10e")))
+
+
+def test_calibrations_can_be_compared_however_many_checks_came_after(site, client, cell, database):
+    client.post("campaigns", json={"cell": "c1", "kind": "calibrate", "poses": 40})
+    with database.write() as session:
+        calibration = session.get_one(CampaignRow, 1)
+        calibration.state = "finished"
+        columns = [column.key for column in CampaignRow.__table__.columns if column.key != "id"]
+        same = {column: getattr(calibration, column) for column in columns}
+        session.add_all(
+            CampaignRow(**same | {"kind": "health"}) for _ in range(history_router.OFFERED)
+        )
+    offered = [
+        attributes["value"]
+        for tag, attributes, _ in Elements(site.get("/compare").text).found
+        if tag == "option" and attributes.get("value", "").isdecimal()
+    ]
+    assert set(offered) == {"1"}
+
+
+def test_a_version_leads_to_its_certificate(site, versions):
+    found = Elements(site.get("/cells/c1").text).found
+    links = [attributes["href"] for tag, attributes, _ in found if tag == "a"]
+    assert links.count("/api/v1/campaigns/1/certificate") == 2
 
 
 def actions(page: str) -> dict[str, str]:

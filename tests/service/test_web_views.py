@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from service.access.scopes import WHO_MAY, Scope
+from service.campaigns.arm_now import arm_now
+from service.db.models import CampaignRow, WhereaboutsRow
 from service.web import live_view
 from tests.elementary_kinematics import frame, load_arm
 from tests.service.test_readings import reading
@@ -115,6 +117,24 @@ def test_the_reading_that_is_off_has_the_residual(site, measured):
     # Nine unknowns of twelve readings take a part of it.
     assert 0.5 < seen["residuals"]["mm"][11] < 2.0
     assert seen["sensors"]["visits_again"] == 1
+
+
+def test_a_restored_campaign_of_the_same_number_is_another(site, measured, database):
+    measured(3)
+    before = site.get("/parts/campaigns/1/live").json()
+    with database.write() as session:
+        session.merge(WhereaboutsRow(campaign=1, joints=[0.0] * 6))
+        row = session.get_one(CampaignRow, 1)
+        told = arm_now(session, row)
+        # What a restore may leave: another robot and moment under the same number and revision.
+        row.created = "2020-02-02T00:00:00.000+00:00"
+        row.cell_document = row.cell_document | {
+            "robot": row.cell_document["robot"] | {"model": "ur3e"}
+        }
+    after = site.get("/parts/campaigns/1/live").json()
+    assert after["arm_mm"] != before["arm_mm"]
+    with database.read() as session:
+        assert arm_now(session, session.get_one(CampaignRow, 1)) != told
 
 
 def test_before_there_are_enough_readings_no_residual_is_shown(site, measured):

@@ -194,6 +194,8 @@ CHINESE: dict[str, str] = {
     "download_uncertainty": "uncertainty.json",
     "download_verification": "verification.json",
     "download_health": "health.json",
+    "certificate": "证书",
+    "certificate_pdf": "证书（PDF）",
     # Results
     "result": "结果",
     "result_pending": "最后一个位姿测量并计算完成后，结果会显示在这里。",

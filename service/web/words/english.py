@@ -204,6 +204,8 @@ WORDS: dict[str, str] = {
     "download_uncertainty": "uncertainty.json",
     "download_verification": "verification.json",
     "download_health": "health.json",
+    "certificate": "Certificate",
+    "certificate_pdf": "Certificate (PDF)",
     # Results
     "result": "Result",
     "result_pending": "The result appears here when the last pose is measured and computed.",

@@ -19,6 +19,15 @@ side; [1]"""
 _MOST_DRAWN = 1000
 """Random poses per pose wanted after which the request counts as infeasible"""
 _BATCH = 4000
+REMEDIES = {
+    "workspace box": "make the box larger",
+    "floor": "set it lower, or state no floor where the arm may reach below its base",
+    "self-collision": "make the radius of the links smaller, or narrow the joints' limits",
+    "tracker range": "move the station, or widen its range",
+    "target acceptance": "turn the target towards the tracker, or widen what it accepts",
+    "line of sight": "move the station",
+}
+"""What to do about each bound"""
 UNBOUND = Cell()
 """Only the floor at the robot's base and the arm itself are in the way"""
 
@@ -45,13 +54,14 @@ class _Tally:
         return np.asarray(times == 0)
 
     def in_words(self) -> str:
-        """The worst bound first."""
+        """The worst bound first, and what to do about it."""
         worst = sorted(self.removed, key=lambda name: (-self.alone[name], -self.removed[name]))
-        return "; ".join(
+        removals = "; ".join(
             f"{name} removes {self.removed[name]} ({self.alone[name]} alone)"
             for name in worst
             if self.removed[name]
         )
+        return f"{removals}. Most is removed by {worst[0]}: {REMEDIES[worst[0]]}"
 
 
 def draw_candidates(
@@ -78,9 +88,8 @@ def draw_candidates(
         kept.append(q[tally.count(judge(robot, cell, q))])
         if tally.drawn >= _MOST_DRAWN * count and tally.kept < count:
             raise NoAnswer(
-                f"robot '{robot.name}': {count} poses are wanted, but of {tally.drawn} random ones "
-                f"within the joint limits only {tally.kept} are allowed: {tally.in_words()}; "
-                "widen what removes most"
+                f"robot '{robot.name}': of {tally.drawn} random poses within the joint limits only "
+                f"{tally.kept} are allowed: {tally.in_words()}"
             )
     return np.concatenate(kept)[:count]
 

@@ -102,7 +102,10 @@ def plan_poses(
     """
     candidates = max(_SERVICE_CANDIDATES, 4 * count)
     request = PlanRequest(robot, cell, "O1", "detmax", candidates, seed, count)
-    q = draw_candidates(robot, candidates, np.random.default_rng(seed), request.cell)
+    try:
+        q = draw_candidates(robot, candidates, np.random.default_rng(seed), request.cell)
+    except NoAnswer as few:
+        raise NoAnswer(f"no plan of {count} poses: {few}") from few
     rows = pose_rows(robot, request.cell, q)
     make_set = merit(request.merit, np.empty((0, 3, len(rows.scale))))
     chosen = SELECTORS[request.selector](Selection(rows.J, count, make_set, seed))

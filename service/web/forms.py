@@ -40,6 +40,8 @@ class Field:
     """What it starts with."""
     choices: tuple[str, ...]
     """What may be chosen; empty for free text and numbers."""
+    nullable: bool
+    """Whether it may be left empty, which the request says as null."""
     attributes: tuple[tuple[str, str], ...]
     """HTML attributes with which the browser checks the value."""
 
@@ -118,6 +120,7 @@ def _field(schema: Schema, path: str, choices: tuple[str, ...], suggested: str |
         numeric=numeric,
         value=suggested or (f"{default:g}" if numeric and default != "" else str(default)),
         choices=tuple(str(choice) for choice in choices),
+        nullable=default is not None and {"type": "null"} in own.get("anyOf", []),
         attributes=tuple(_attributes(own)),
     )
 

@@ -245,6 +245,21 @@ def test_a_refusal_stands_beside_the_form_and_nothing_typed_is_lost(browser, sit
         expect(form.get_by_label("Cell")).to_have_value("refused")
 
 
+def test_a_cell_without_a_floor_is_made_by_leaving_the_field_empty(browser, site):
+    with watched(browser, site) as seen:
+        seen.open()
+        form = seen.describe_cell("hanging", "127.0.0.1:9")
+        form.locator("summary").click()
+        floor = form.get_by_label("Floor height")
+        expect(floor).to_have_value("0")
+        floor.fill("")
+        form.get_by_role("button", name="Create cell").click()
+        seen.page.locator("[data-cell=hanging]").wait_for()
+        limits = site.get("/cells/hanging").json()["limits"]
+        assert (limits["floor_mm"], limits["speed_deg_s"]) == (None, 30.0)
+        seen.require_clean()
+
+
 def test_typed_values_survive_a_restart_of_the_service(browser, site):
     with watched(browser, site) as seen:
         seen.open()

@@ -9,6 +9,7 @@ import httpx
 from drivers.registry import ROBOTS as ROBOT_DRIVERS
 from drivers.registry import TRACKERS as TRACKER_DRIVERS
 from robocal.robots.library import ROBOTS
+from service.web import forms
 
 VOID = {"input", "meta", "link", "img", "br"}
 
@@ -67,6 +68,18 @@ def test_the_forms_start_with_what_the_service_would_assume(site, client, cell):
     campaign = client.get(f"campaigns/{queued_campaign(client, cell)}").json()
     assert float(shown["settle_s"]) == campaign["settle_s"]
     assert float(shown["repeats"]) == campaign["repeats"]
+
+
+def test_a_cell_names_its_instrument_in_the_language_of_the_page(site, client, cell):
+    shown = site.get("/parts/cells", headers={"Accept-Language": "zh"}).text
+    assert "激光跟踪仪" in shown
+    assert "laser tracker" not in shown
+    assert "laser tracker" in site.get("/parts/cells").text
+
+
+def test_only_the_floor_may_be_left_empty():
+    fields = (*forms.cell_fields(), *forms.cell_detail_fields(), *forms.campaign_fields([]))
+    assert [field.path for field in fields if field.nullable] == ["limits.floor_mm"]
 
 
 def test_every_input_has_a_label_and_every_hint_an_owner(site, cell):

@@ -39,6 +39,19 @@ def test_another_seed_plans_other_poses(site, cell):
     assert plan(site)["joints"] != plan(site, seed=6)["joints"]
 
 
+def test_a_robot_that_reaches_below_its_base_is_planned_without_a_floor(site, client, cell):
+    robot = cell["robot"] | {"model": "abb_irb910sc"}
+    client.post("cells", json=cell | {"name": "scara", "robot": robot})
+    address = "/parts/cells/scara/plan?poses=12&seed=1"
+    refused = site.get(address)
+    assert refused.status_code == 422
+    said = refused.json()["detail"]
+    assert "no plan of 12 poses: " in said
+    assert "Most is removed by floor: set it lower, or state no floor" in said
+    client.patch("cells/scara", json={"limits": {"floor_mm": None}})
+    assert len(site.get(address).json()["joints"]) == 12
+
+
 def test_more_poses_than_a_person_looks_at_are_not_drawn(site, cell):
     answer = site.get("/parts/cells/c1/plan?poses=201&seed=1")
     assert answer.status_code == 422

@@ -10,6 +10,7 @@ from service.base_calibrations.models import Cup, Role, Sensors, State, Step, Tr
 from service.campaigns import follow_ups
 from service.campaigns.models import CampaignKind, CampaignState
 from service.campaigns.store import PURPOSE_CALIBRATE
+from service.cells.models import TrackerSettings
 from service.parameters.models import LifeEvent, ParametersState
 from service.procedures.plan import PURPOSE_COMPENSATED, PURPOSE_HEALTH, PURPOSE_NOMINAL
 from service.web import forms
@@ -44,6 +45,7 @@ def made_of_parts() -> set[str]:
         *(f"choice_{kind}" for kind in forms.KINDS_OFFERED),
         *(f"kind_{kind}" for kind in CampaignKind),
         *(f"state_{state}" for state in CampaignState),
+        f"instrument_{TrackerSettings.model_fields['kind'].default}",
         *(f"purpose_{purpose}" for purpose in PURPOSES),
         *(f"status_{status}" for status in ("identified", "fixed", "redundant")),
         *(f"residuals_{rows}" for rows in RESIDUALS),

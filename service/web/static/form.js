@@ -53,6 +53,7 @@ function jsonOf(form) {
 }
 
 function valueOf(input) {
+  if (input.dataset.nullable && !input.value) return null;
   if (input.type === "number" || input.dataset.numeric) return Number(input.value);
   return input.type === "password" ? input.value : input.value.trim();
 }

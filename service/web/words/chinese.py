@@ -71,6 +71,7 @@ CHINESE: dict[str, str] = {
     "cells": "单元",
     "no_cells": "还没有单元。请在“新单元”表单中填写。",
     "robot": "机器人",
+    "instrument_laser_tracker": "激光跟踪仪",
     "tracker": "跟踪仪",
     "armed": "已允许运动：机器人可以移动",
     "disarmed": "未允许运动：任何设备都不会移动",
@@ -130,7 +131,9 @@ CHINESE: dict[str, str] = {
     "field_limits_acceleration_deg_s2": "加速度",
     "field_limits_full_speed_deg_s": "机器人全速",
     "field_limits_floor_mm": "地面高度",
-    "hint_limits_floor_mm": "在基座坐标系中的高度；第二关节之后的任何部分都不低于它。",
+    "hint_limits_floor_mm": (
+        "在基座坐标系中的高度；第二关节之后的任何部分都不低于它。留空：没有地面。"
+    ),
     "field_cell": "单元",
     "field_kind": "类型",
     "field_poses": "位姿数",

@@ -80,6 +80,7 @@ WORDS: dict[str, str] = {
     "no_cells": "No cell yet. Describe one in the form “New cell”.",
     "robot": "Robot",
     "tracker": "Tracker",
+    "instrument_laser_tracker": "laser tracker",
     "armed": "Armed: the robot may move",
     "disarmed": "Disarmed: nothing may move",
     "arm": "Arm",
@@ -140,7 +141,9 @@ WORDS: dict[str, str] = {
     "field_limits_acceleration_deg_s2": "Acceleration",
     "field_limits_full_speed_deg_s": "Full speed of the robot",
     "field_limits_floor_mm": "Floor height",
-    "hint_limits_floor_mm": "Height in the base frame; no part beyond the second joint goes below.",
+    "hint_limits_floor_mm": (
+        "Height in the base frame; no part beyond the second joint goes below. Empty: no floor."
+    ),
     "field_cell": "Cell",
     "field_kind": "Kind",
     "field_poses": "Poses",

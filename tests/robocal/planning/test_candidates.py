@@ -5,7 +5,7 @@ import pytest
 
 from robocal.errors import BadInput, NoAnswer
 from robocal.kinematics.forward import forward_kinematics
-from robocal.planning.candidates import draw_candidates
+from robocal.planning.candidates import REMEDIES, draw_candidates
 from robocal.planning.cell import Box, Cell, Station
 from robocal.planning.constraints import CONSTRAINTS, judge
 from robocal.robots.library import ROBOTS, load_robot
@@ -60,11 +60,16 @@ def test_an_infeasible_request_names_the_bound_that_removes_most(ur10e, cell, cu
     with pytest.raises(NoAnswer, match=r"are allowed: ([a-z -]+) removes") as refusal:
         draw_candidates(ur10e, 20, np.random.default_rng(1), cell)
     assert f"are allowed: {culprit} removes" in str(refusal.value)
+    assert str(refusal.value).endswith(f"Most is removed by {culprit}: {REMEDIES[culprit]}")
+
+
+def test_there_is_a_remedy_for_every_bound():
+    assert REMEDIES.keys() == set(CONSTRAINTS)
 
 
 def test_the_counts_of_an_infeasible_request_add_up(ur10e):
     cell = Cell(box=Box((5.0, 5.0, 5.0), (6.0, 6.0, 6.0)))
-    with pytest.raises(NoAnswer, match=r"of 20000 random ones .* only 0 .* box removes 20000 "):
+    with pytest.raises(NoAnswer, match=r"of 20000 random poses .* only 0 .* box removes 20000 "):
         draw_candidates(ur10e, 20, np.random.default_rng(1), cell)
 
 

@@ -2,11 +2,13 @@
 
 import re
 import threading
+import time
 
 import pytest
 from sqlalchemy import text
 
 from service.access import secrets
+from service.access.failures import PER_ADDRESS, Failures, TooMany
 from service.db.engine import Database
 from tests.credentials import PASSWORD
 
@@ -117,6 +119,44 @@ def test_after_ten_wrong_passwords_even_the_right_one_has_to_wait(person, nobody
     assert re.search(r"try again in \d+ s", answer.json()["detail"])
     # Who has a valid key is not kept waiting by it.
     assert client.get("me").status_code == 200
+
+
+def test_a_clock_that_is_set_back_makes_nobody_wait_longer(monkeypatch):
+    failures = Failures()
+    for _ in range(PER_ADDRESS.most):
+        failures.attempt("192.0.2.7", "anna")
+    yesterday = time.time() - 86_400.0
+    monkeypatch.setattr(time, "time", lambda: yesterday)
+    with pytest.raises(TooMany) as refusal:
+        failures.attempt("192.0.2.7", "anna")
+    assert 0 < int(refusal.value.headers["Retry-After"]) <= 300
+
+
+def test_a_lockout_ends_when_its_first_try_is_old_enough(monkeypatch):
+    moment = [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: moment[0])
+    failures = Failures()
+    for second in range(PER_ADDRESS.most):
+        moment[0] = float(second)
+        failures.wrong_key("192.0.2.7")
+    moment[0] = 299.5
+    with pytest.raises(TooMany, match="in 1 s"):
+        failures.wrong_key("192.0.2.7")
+    failures.wrong_key("192.0.2.8")
+    moment[0] = 300.0
+    failures.wrong_key("192.0.2.7")
+    with pytest.raises(TooMany, match="in 1 s"):
+        failures.wrong_key("192.0.2.7")
+
+
+def test_addresses_that_came_long_ago_are_not_kept(monkeypatch):
+    moment = [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: moment[0])
+    failures = Failures()
+    for number in range(10_000):
+        moment[0] += 10.0
+        failures.wrong_key(f"host {number}")
+    assert len(failures._tries) < 2000
 
 
 def test_wrong_keys_are_slowed_down_and_right_ones_are_not(opened, program):

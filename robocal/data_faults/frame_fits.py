@@ -1,15 +1,15 @@
 r"""Robust fits of nominal flange poses to measured points, for many hypotheses at once.
 
-With flange poses :math:`(R_i, P_i)` and measured points :math:`p_i`, all frames obey
-:math:`C p_i = P_i + R_i t + s`. With `C` any 3 x 3 matrix this is linear (`loose_fits`), which is
-quick and shows a wrong unit (its size); with `C` a rotation it is the true question (`rigid_fits`).
-Rows are reweighted by 1 / residual, so that a few bad ones do not count.
+With flange poses :math:`(R_i, P_i)` and measured points :math:`p_i` of target :math:`k_i`, all
+frames obey :math:`C p_i = P_i + R_i t_{k_i} + s`. With `C` any 3 x 3 matrix this is linear
+(`loose_fits`), which is quick and shows a wrong unit (its size); with `C` a rotation it is the true
+question (`rigid_fits`). Rows are reweighted by 1 / residual, so that a few bad ones do not count.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from robocal.frames import rotation_from_quaternion
@@ -40,7 +40,8 @@ class RigidFit:
 
     rotation: Float[Array, "3 3"]
     """C: the robot base seen from the measuring frame, transposed."""
-    tool: Float[Array, "3"]
+    places: Float[Array, "place 3"]
+    """Of every target in the flange; zero where no row shows it."""
     offset: Float[Array, "3"]
     residuals: Float[Array, "row"]
     """Distance of every row [m]."""
@@ -61,17 +62,19 @@ def loose_fits(
     R: Float[Array, "hypothesis row 3 3"],
     P: Float[Array, "hypothesis row 3"],
     p: Float[Array, "hypothesis row 3"],
+    place: Int[Array, "hypothesis row"],
 ) -> LooseFits:
-    """Fit every hypothesis with a free matrix; `p` may be shared (first axis of length 1)."""
+    """Fit every hypothesis with a free matrix; `place` numbers the targets."""
     centre = np.median(p, axis=1, keepdims=True)
     spread = np.array([spread_of(points) for points in p])
-    design = _loose_design(R, (p - centre) / spread[:, None, None])
+    design = _loose_design(R, (p - centre) / spread[:, None, None], place)
+    columns = design.shape[-1]
     weight = np.ones(P.shape[:2])
-    solution = np.empty((len(P), 15))
+    solution = np.empty((len(P), columns))
     residual = np.empty(P.shape[:2])
     for _ in range(_LOOSE_STEPS):
         solution = _weighted_solution(design, P, weight)
-        predicted = (design.reshape(len(P), -1, 15) @ solution[:, :, None]).reshape(P.shape)
+        predicted = (design.reshape(len(P), -1, columns) @ solution[:, :, None]).reshape(P.shape)
         residual = np.linalg.norm(predicted - P, axis=2)
         weight = _downweighted(residual)
     C = solution[:, :9].reshape(-1, 3, 3)
@@ -81,15 +84,26 @@ def loose_fits(
 
 
 def _loose_design(
-    R: Float[Array, "hypothesis row 3 3"], p: Float[Array, "_ row 3"]
-) -> Float[Array, "hypothesis row 3 15"]:
-    """Columns of the nine entries of C (row by row), of t and of s."""
-    design = np.zeros((*R.shape[:2], 3, 15))
+    R: Float[Array, "hypothesis row 3 3"],
+    p: Float[Array, "hypothesis row 3"],
+    place: Int[Array, "hypothesis row"],
+) -> Float[Array, "hypothesis row 3 column"]:
+    """Columns of the nine entries of C (row by row), of every t and of s."""
+    C = np.zeros((*R.shape[:2], 3, 9))
     for axis in range(3):
-        design[:, :, axis, 3 * axis : 3 * axis + 3] = p
-        design[:, :, axis, 12 + axis] = -1.0
-    design[..., 9:12] = -R
-    return design
+        C[:, :, axis, 3 * axis : 3 * axis + 3] = p
+    return np.concatenate([C, _frame_columns(R, place)], axis=3)
+
+
+def _frame_columns(
+    R: Float[Array, "hypothesis row 3 3"], place: Int[Array, "hypothesis row"]
+) -> Float[Array, "hypothesis row 3 column"]:
+    """Columns of every t and of s."""
+    n_places = int(place.max()) + 1
+    of_place = place[:, :, None] == np.arange(n_places)
+    t = -R[:, :, :, None, :] * of_place[:, :, None, :, None]
+    s = np.broadcast_to(-np.eye(3), R.shape)
+    return np.concatenate([t.reshape(*R.shape[:3], 3 * n_places), s], axis=3)
 
 
 def _weighted_solution(
@@ -118,17 +132,17 @@ def rigid_fits(
     R: Float[Array, "hypothesis row 3 3"],
     P: Float[Array, "hypothesis row 3"],
     p: Float[Array, "hypothesis row 3"],
+    place: Int[Array, "hypothesis row"],
     start: Float[Array, "hypothesis 3 3"],
 ) -> list[RigidFit]:
     """Gauss-Newton from the rotations nearest to `start`, reweighted at every step."""
     centre = np.median(p, axis=1, keepdims=True)
     points = p - centre
     C = _nearest_rotations(start)
-    design = np.zeros((*R.shape[:2], 3, 9))
-    design[..., 3:6] = -R
-    design[..., 6:9] = -np.eye(3)
+    frames = _frame_columns(R, place)
+    design = np.concatenate([np.zeros((*R.shape[:2], 3, 3)), frames], axis=3)
     weight = np.ones(P.shape[:2])
-    solution, residual = np.empty((len(P), 9)), np.empty(P.shape[:2])
+    solution, residual = np.empty((len(P), design.shape[-1])), np.empty(P.shape[:2])
     for step in range(_RIGID_STEPS):
         turned = points @ C.swapaxes(1, 2)
         x, y, z = np.moveaxis(turned, 2, 0)
@@ -138,13 +152,18 @@ def rigid_fits(
         solution = _weighted_solution(design, P - turned, weight)
         C = _turns(solution[:, :3]) @ C
         turned = points @ C.swapaxes(1, 2)
-        flange = (R @ solution[:, None, 3:6, None])[..., 0]
-        residual = np.linalg.norm(turned - P - flange - solution[:, None, 6:9], axis=2)
+        carried = (frames @ solution[:, None, 3:, None])[..., 0]
+        residual = np.linalg.norm(turned - P + carried, axis=2)
         weight = _downweighted(residual)
         if step > 3 and np.abs(solution[:, :3]).max() < 1e-7:
             break
     return [
-        RigidFit(C[h], solution[h, 3:6], solution[h, 6:9] + C[h] @ centre[h, 0], residual[h])
+        RigidFit(
+            C[h],
+            solution[h, 3:-3].reshape(-1, 3),
+            solution[h, -3:] + C[h] @ centre[h, 0],
+            residual[h],
+        )
         for h in range(len(P))
     ]
 
@@ -153,13 +172,15 @@ def global_start(
     R: Float[Array, "row 3 3"],
     P: Float[Array, "row 3"],
     p: Float[Array, "row 3"],
+    place: Int[Array, "row"],
     weight: Float[Array, "row"],
 ) -> Float[Array, "3 3"]:
-    """The rotation that fits best of all: t and s are eliminated, the rest is searched."""
-    design = _loose_design(R[None], (p - np.median(p, axis=0))[None])[0].reshape(-1, 15)
+    """The rotation that fits best of all: every t and s are eliminated, the rest is searched."""
+    design = _loose_design(R[None], (p - np.median(p, axis=0))[None], place[None])[0]
+    design = design.reshape(-1, design.shape[-1])
     weighted = design.T * np.repeat(weight, 3)
     normal, right = weighted @ design, weighted @ P.ravel()
-    inner = normal[9:, 9:] + _RIDGE * np.trace(normal[9:, 9:]) * np.eye(6)
+    inner = normal[9:, 9:] + _RIDGE * np.trace(normal[9:, 9:]) * np.eye(len(normal) - 9)
     swept = np.linalg.solve(inner, np.column_stack([normal[9:, :9], right[9:]]))
     A = normal[:9, :9] - normal[:9, 9:] @ swept[:, :9]
     return minimise_on_rotations(0.5 * (A + A.T), right[:9] - normal[:9, 9:] @ swept[:, 9])

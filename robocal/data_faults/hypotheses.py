@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from robocal.data_faults.campaign_view import View
@@ -79,13 +79,14 @@ def chain_length(robot: Robot) -> float:
 def as_written(view: View) -> Explanation:
     """The best fit of the data as they stand."""
     candidate = Candidate(view, AS_WRITTEN)
-    R, P, p = _stack([candidate])
-    start = loose_fits(R, P, p).matrix
+    R, P, p, place = _stack([candidate])
+    start = loose_fits(R, P, p, place).matrix
     spread = spread_of(p[0])
-    fit = rigid_fits(R, P, p, start)[0]
+    fit = rigid_fits(R, P, p, place, start)[0]
     if fit.score > CERTAINLY_CLEAN * plausible_error(view.robot):
         weight = np.ones(len(view))
-        other = rigid_fits(R, P, p, global_start(R[0], P[0], p[0], weight)[None])[0]
+        start = global_start(R[0], P[0], p[0], place[0], weight)[None]
+        other = rigid_fits(R, P, p, place, start)[0]
         fit = min(fit, other, key=lambda one: one.score)
     return Explanation(candidate, 1.0, mirrored=False, fit=fit, misfit=fit.score / spread)
 
@@ -109,9 +110,12 @@ def explain(candidates: Sequence[Candidate], misfit: float) -> tuple[Explanation
 def _stack(
     candidates: Sequence[Candidate],
 ) -> tuple[
-    Float[Array, "hypothesis row 3 3"], Float[Array, "hypothesis row 3"], Float[Array, "_ row 3"]
+    Float[Array, "hypothesis row 3 3"],
+    Float[Array, "hypothesis row 3"],
+    Float[Array, "hypothesis row 3"],
+    Int[Array, "hypothesis row"],
 ]:
-    """Flange rotations, flange points and measured points of hypotheses of equal length."""
+    """Flange rotations, flange points, measured points and their targets; all of equal length."""
     whole: dict[tuple[int, int], Float[Array, "every joint"]] = {}
     joints = []
     for candidate in candidates:
@@ -122,13 +126,14 @@ def _stack(
     geometry = candidates[0].view.robot.geometry
     T = nominal_flange(geometry, np.concatenate(joints)).reshape(len(candidates), -1, 4, 4)
     points = np.stack([candidate.view.points for candidate in candidates])
-    return T[..., :3, :3], T[..., :3, 3], points
+    places = np.stack([candidate.view.places for candidate in candidates])
+    return T[..., :3, :3], T[..., :3, 3], points, places
 
 
 def _explanations(candidates: Sequence[Candidate], misfit: float) -> list[Explanation]:
     """Loose fits choose, rigid fits with the units and mirrors that these show decide."""
-    R, P, p = _stack(candidates)
-    loose = loose_fits(R, P, p)
+    R, P, p, place = _stack(candidates)
+    loose = loose_fits(R, P, p, place)
     enough = min(misfit / (CLEAR_GAIN - 0.5), _CLOSE * loose.misfit.min())
     close = np.flatnonzero(loose.misfit <= enough)
     close = close[np.argsort(loose.misfit[close])][:_MOST_CLOSE]
@@ -137,8 +142,10 @@ def _explanations(candidates: Sequence[Candidate], misfit: float) -> list[Explan
         for factor in {1.0, nearest_factor(_scale(loose, index))}:
             for mirrored in (False, True):
                 points = p[index] * factor @ (Z_TURNED if mirrored else np.eye(3))
-                start = global_start(R[index], P[index], points, loose.weight[index])
-                fit = rigid_fits(R[index][None], P[index][None], points[None], start[None])[0]
+                own = slice(index, index + 1)
+                weight = loose.weight[index]
+                start = global_start(R[index], P[index], points, place[index], weight)[None]
+                fit = rigid_fits(R[own], P[own], points[None], place[own], start)[0]
                 one = Explanation(
                     candidates[index], factor, mirrored, fit, fit.score / spread_of(points)
                 )
@@ -180,10 +187,10 @@ def unseen(explanation: Explanation, slips: Sequence[JointSlip]) -> tuple[Explan
     view = explanation.candidate.view.evenly(_ROWS)
     found = []
     for joints, mirrored in (*((one, False) for one in slips), (AS_WRITTEN, True)):
-        R, P, p = _stack([Candidate(view, joints)])
+        R, P, p, place = _stack([Candidate(view, joints)])
         points = p[0] @ (Z_TURNED if mirrored else np.eye(3))
-        start = global_start(R[0], P[0], points, np.ones(len(view)))
-        fit = rigid_fits(R, P, points[None], start[None])[0]
+        start = global_start(R[0], P[0], points, place[0], np.ones(len(view)))
+        fit = rigid_fits(R, P, points[None], place, start[None])[0]
         # Small volumes are fitted wrongly as well, but not better than by the truth.
         if fit.score <= RIVAL * explanation.fit.score:
             misfit = fit.score / spread_of(points)

@@ -6,10 +6,14 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
+from robocal.data_faults.campaign_view import targets_on_tool
 from robocal.data_faults.frame_fits import RigidFit
+from robocal.data_faults.rows import SHIFTS, partners
 from robocal.formats.bundle import Bundle
 from robocal.identification.frames_start import nominal_flange
 from robocal.measurements import MeasurementSet
+
+_VOTERS = 60
 
 
 @dataclass(frozen=True)
@@ -32,26 +36,67 @@ class PredictedPoints:
         self, measured: Int[Array, "some"], joints: Int[Array, "some"]
     ) -> Float[Array, "some"]:
         """From measurements to the points of the joints of other rows [m]."""
-        flange = (self.R[joints] @ self.nest[measured, :, None])[:, :, 0]
-        away = self.measured[measured] - self.P[joints] - flange
+        away = self.nest[measured] - self.in_flange(measured, joints)
         return np.asarray(np.linalg.norm(away, axis=1))
+
+    def in_flange(
+        self, measured: Int[Array, "some"], joints: Int[Array, "some"]
+    ) -> Float[Array, "some 3"]:
+        """Measurements as the flange of other rows sees them [m]."""
+        away = self.measured[measured] - self.P[joints]
+        return np.asarray((away[:, None] @ self.R[joints])[:, 0])
 
 
 def predict_points(
-    bundle: Bundle, rows: MeasurementSet, main: Bool[Array, "row"], fit: RigidFit
+    bundle: Bundle,
+    rows: MeasurementSet,
+    order: Int[Array, "row"],
+    fit: RigidFit,
+    tolerance: float,
 ) -> PredictedPoints:
-    """Points of the main target by its fit; other targets on the tool by their median place."""
+    """Points of the targets on the tool, each where the fit or most of its rows put it.
+
+    Parameters
+    ----------
+    bundle
+        Where the rows come from.
+    rows
+        They, with all slips of columns mended.
+    order
+        Number of each row in the file.
+    fit
+        Of the targets that have most rows.
+    tolerance
+        Distance that a right row may have [m].
+    """
     T = nominal_flange(bundle.robot.geometry, rows.joints)
-    R, P = T[:, :3, :3], T[:, :3, 3]
     measured = rows.position @ fit.rotation.T - fit.offset
-    nest = np.broadcast_to(fit.tool, measured.shape).copy()
+    points = PredictedPoints(T[:, :3, :3], T[:, :3, 3], measured, np.full_like(measured, np.nan))
     names = np.array(rows.target)
-    located = np.isfinite(rows.position[:, 0])
-    for name in {*rows.target} - {str(names[np.argmax(main)])}:
-        chosen = (names == name) & located
-        if bundle.targets[name].fixed if name in bundle.targets else False:
-            measured[names == name] = np.nan
-        elif chosen.any():
-            away = (measured - P)[chosen, None]
-            nest[chosen] = np.median((away @ R[chosen])[:, 0], axis=0)
-    return PredictedPoints(R, P, measured, nest)
+    on_tool = targets_on_tool(bundle)
+    for number, name in enumerate(on_tool):
+        chosen = np.flatnonzero((names == name) & points.seen)
+        if number < len(fit.places):
+            points.nest[chosen] = fit.places[number]
+        own = points.distance(chosen, chosen)
+        if not np.count_nonzero(own <= tolerance) > len(own) / 2:
+            points.nest[chosen] = _voted_place(points, chosen, order, tolerance)
+    measured[~np.isin(names, on_tool)] = np.nan
+    return points
+
+
+def _voted_place(
+    points: PredictedPoints,
+    chosen: Int[Array, "some"],
+    order: Int[Array, "row"],
+    tolerance: float,
+) -> Float[Array, "3"]:
+    """Where most rows put their target, each beside its own joints or those of rows near by."""
+    voters = chosen[np.linspace(0, len(chosen) - 1, min(len(chosen), _VOTERS)).astype(int)]
+    votes = []
+    for shift in SHIFTS:
+        source = partners(order, np.full(len(order), shift))[voters]
+        votes.append(points.in_flange(voters[source >= 0], source[source >= 0]))
+    place = np.concatenate(votes)
+    near = np.linalg.norm(place[:, None] - place, axis=2) <= tolerance
+    return np.asarray(np.median(place[near[np.argmax(near.sum(axis=1))]], axis=0))

@@ -19,6 +19,10 @@ MOST_ROWS = 5
 SHIFTS = tuple(range(-MOST_ROWS, MOST_ROWS + 1))
 _CHANGE_COST = 2.5
 """Rows that a new shift must explain before it is believed"""
+_ALONE_COST = 0.5
+"""Of a row whose joints are not in the file: as many as a shift loses are no reason to change it"""
+_TIE = 1e-6
+"""A row more of shift has to explain more than this"""
 _MOST_FLAGGED = 60
 _MEASURED = ("position", "orientation", "distance", "target", "lines", "time", "temperature")
 """Fields that come from the station; the others come from the robot."""
@@ -98,17 +102,17 @@ def _follow_shifts(
     tolerance: float,
 ) -> Int[Array, "row"]:
     """The cheapest sequence of shifts along the file, by dynamic programming."""
-    n, own = len(order), MOST_ROWS
+    n = len(order)
     cost = np.zeros((n, len(SHIFTS)))
     for state, shift in enumerate(SHIFTS):
         source = partners(order, np.full(n, shift))
         rows = np.flatnonzero(seen)
-        cost[rows, state] = 1.0
+        cost[rows, state] = _ALONE_COST
         rows = rows[source[rows] >= 0]
         relative = distance(rows, source[rows]) / tolerance
         cost[rows, state] = np.minimum(np.nan_to_num(relative, nan=1.0) ** 2, 1.0)
-    # An own row that fits is believed before a neighbour that fits as well.
-    cost[:, own] -= 1e-6
+        # The row itself is believed before a neighbour that fits as well, a near one before a far.
+        cost[:, state] += _TIE * abs(shift)
     came_from = np.zeros((n, len(SHIFTS)), dtype=int)
     total = cost[0].copy()
     for row in range(1, n):

@@ -1,20 +1,27 @@
 """Find the slips of a bundle: joints, units, mirror, rows, orientations, in this order."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from robocal.data_faults.campaign_view import LEAST_ROWS, View, file_order, on_main_target, view_of
+from robocal.data_faults.campaign_view import (
+    LEAST_POSES,
+    View,
+    file_order,
+    on_main_target,
+    view_of,
+)
 from robocal.data_faults.hypotheses import (
     CERTAINLY_CLEAN,
     Candidate,
     Explanation,
-    as_written,
     explain,
     plausible_error,
     unseen,
     with_rivals,
 )
 from robocal.data_faults.joints import AS_WRITTEN, paired_joint_slips, single_joint_slips
-from robocal.data_faults.predicted_points import predict_points
+from robocal.data_faults.misfit import fit_as_written, predicted_by, refuse_misfit, row_tolerance
 from robocal.data_faults.rows import SHIFTS, find_row_slips, partners
 from robocal.data_faults.slip import Slip, mend
 from robocal.data_faults.tool_rotation import fit_orientations, misfit_as_written
@@ -22,21 +29,21 @@ from robocal.errors import BadInput, NoAnswer
 from robocal.formats.bundle import Bundle
 from robocal.progress import tell
 
-_ROWS = 200
 _SAME_JOINTS = 4
 """Decimals of joint readings that tell poses apart [rad or m]; [1]"""
 _LEAST_POSES = 5
 _DOUBTFUL_ANGLE = 0.15
 """Orientations that miss by more are not those of this target [rad]"""
-_NO_FIT = 2.5
-"""Times the plausible error above which the robot is not this one"""
+_UNEXPLAINED = (
+    "and no slip of unit, sign, zero, column or row order, mirror or pair of these explains it"
+)
 
 
 def find_slips(bundle: Bundle) -> tuple[Slip, ...]:
     """Slips of convention, unit and row order, each with its mend; empty for sound data.
 
-    Rows are tried against the nominal robot with free base and tool. Fewer than 15 points of one
-    target, or lengths alone, show nothing: the answer is empty too.
+    Rows are tried against the nominal robot with free base, tool and nests. Too few poses to tell
+    one slip from another, or lengths alone, get no name.
 
     Raises
     ------
@@ -50,34 +57,43 @@ def find_slips(bundle: Bundle) -> tuple[Slip, ...]:
     .. [1] docs/data_faults.md lists what is tried and how surely it is named.
     """
     _refuse_stuck_points(bundle)
-    view = view_of(bundle)
-    if view is None:
+    view, written = view_of(bundle), fit_as_written(bundle)
+    if view is None or written is None:
         return ()
     tell("slips of convention")
-    written = as_written(view.evenly(_ROWS))
+    if not view.tells_slips:
+        refuse_misfit(bundle, written.fit, "and too few poses are there to tell why")
+        return ()
     explanations = _explain_points(bundle, view, written)
     row_slips = _row_slips(bundle, explanations[0])
-    in_order = mend(bundle, row_slips)
-    if row_slips:
-        # Rows that are exchanged as well show only once the others stand where they belong.
-        row_slips += _row_slips(in_order, explanations[0])
-        in_order = mend(bundle, row_slips)
-    ways = _explain_poses(in_order, explanations)
-    return (*row_slips, *with_rivals(ways))
+    ways = _explain_poses(mend(bundle, row_slips), explanations)
+    slips = (*row_slips, *with_rivals(ways))
+    mended = _mended(bundle, slips)
+    last = fit_as_written(mended) if slips else written
+    if last is not None:
+        refuse_misfit(mended, last.fit, _UNEXPLAINED)
+    return slips
 
 
 def _refuse_stuck_points(bundle: Bundle) -> None:
     """Complain where one point stands beside many joints: such points fit an arm without length."""
-    rows = bundle.measurements
-    chosen = on_main_target(bundle) & np.isfinite(rows.position).all(axis=1)
-    poses = len(np.unique(np.round(rows.joints[chosen], _SAME_JOINTS), axis=0))
-    points = len(np.unique(rows.position[chosen], axis=0))
-    if poses >= LEAST_ROWS and 2 * points < poses:
+    view = view_of(bundle)
+    if view is None:
+        return
+    joints = np.round(bundle.measurements.joints[view.moved], _SAME_JOINTS)
+    poses = len(np.unique(np.column_stack([joints, view.places]), axis=0))
+    points = len(np.unique(view.points, axis=0))
+    if poses >= LEAST_POSES and 2 * points < poses:
         raise BadInput(
             "measurements.csv",
             f"has only {points} point{'s' * (points > 1)} at {poses} different poses, the same to "
             "the last digit: the instrument did not read anew, or x_mm, y_mm, z_mm are not its",
         )
+
+
+def _mended(bundle: Bundle, slips: tuple[Slip, ...]) -> Bundle:
+    """The bundle as it should have been; of rival mends, which fit alike, by the first."""
+    return mend(bundle, tuple(replace(slip, rivals=()) for slip in slips))
 
 
 def _explain_points(bundle: Bundle, view: View, written: Explanation) -> tuple[Explanation, ...]:
@@ -105,14 +121,7 @@ def _explain_points(bundle: Bundle, view: View, written: Explanation) -> tuple[E
         found = explain(candidates, misfit)
         if found:
             return found
-    if score <= _NO_FIT * plausible:
-        return (written,)
-    raise NoAnswer(
-        f"measurements.csv: the data do not fit robot '{bundle.robot.name}': with base and tool "
-        f"fitted freely its points are missed by {score * 1e3:.0f} mm, and no slip of unit, sign, "
-        "zero, column or row order, mirror or pair of these explains it; check robot.yaml and what "
-        "was measured"
-    )
+    return (written,)
 
 
 def _shifted_halves(bundle: Bundle, view: View) -> list[View]:
@@ -126,12 +135,24 @@ def _shifted_halves(bundle: Bundle, view: View) -> list[View]:
 
 
 def _row_slips(bundle: Bundle, explanation: Explanation) -> tuple[Slip, ...]:
+    """Shifted and exchanged rows, if the robot fits once they and the columns are mended."""
+    found = _misplaced_rows(bundle, explanation)
+    if not found:
+        return ()
+    # Rows that are exchanged as well show only once the others stand where they belong.
+    found += _misplaced_rows(mend(bundle, found), explanation)
+    fitted = fit_as_written(_mended(bundle, (*found, *explanation.slips)))
+    explained = fitted is not None and fitted.fit.score <= plausible_error(bundle.robot)
+    return found if explained else ()
+
+
+def _misplaced_rows(bundle: Bundle, explanation: Explanation) -> tuple[Slip, ...]:
     """Shifted and exchanged rows, once the columns are read as `explanation` says."""
     rows = bundle.measurements
     for slip in explanation.slips:
         rows = slip.mend(rows)
-    points = predict_points(bundle, rows, on_main_target(bundle), explanation.fit)
-    tolerance = max(6.0 * explanation.fit.score, 0.25 * plausible_error(bundle.robot))
+    points = predicted_by(bundle, rows, explanation.fit)
+    tolerance = row_tolerance(bundle, explanation.fit)
     return find_row_slips(file_order(bundle), rows.lines, points.seen, points.distance, tolerance)
 
 

@@ -100,6 +100,9 @@ class Campaign:
     sag_mm: float = 0.0
     widest: float = 2.5
     targets: tuple[str, ...] = field(default=())
+    """By turns, a pose each."""
+    nests: int = 1
+    """Or so many at every pose, one row each: `rows` counts them all."""
 
     def measure(self) -> Table:
         """Geometry off by 0.3 to 1 mm and 1 to 3 mrad a parameter, noise of 0.02 to 0.05 mm."""
@@ -111,14 +114,11 @@ class Campaign:
         tool[:3, 3] = rng.uniform(0.04, 0.12, 3) * rng.choice([-1, 1], 3)
         true = replace(nominal, links=nominal.links + errors)
         true = true.within(random_frame(rng, 3.0), tool)
-        q = nominal.draw(rng, self.rows, self.widest)
+        names = tuple(f"n{i + 1}" for i in range(self.nests)) if self.nests > 1 else self.targets
+        q = nominal.draw(rng, self.rows // self.nests, self.widest).repeat(self.nests, axis=0)
         T = true.poses(self._sagged(true, q))
-        places = {name: rng.uniform(-0.1, 0.1, 3) for name in self.targets}
-        target = (
-            tuple(self.targets[i % len(self.targets)] for i in range(self.rows))
-            if self.targets
-            else ()
-        )
+        places = {name: rng.uniform(-0.1, 0.1, 3) for name in names}
+        target = tuple(names[i % len(names)] for i in range(self.rows)) if names else ()
         position = T[:, :3, 3].copy()
         for row, name in enumerate(target):
             position[row] += T[row, :3, :3] @ places[name]
@@ -328,7 +328,7 @@ def rows_shifted(t: Table, rng) -> Spoiled:
     kept = (source >= 0) & (source < n)
     source = np.clip(source, 0, n - 1)
     spoiled = t.measured_at(source)
-    spoiled = _rows(spoiled, kept)
+    spoiled = keep_rows(spoiled, kept)
     # A file that loses its first rows and is shifted as a whole starts later; lines count from 2.
     count = np.arange(kept.sum())[np.flatnonzero(kept) >= first]
     mend = f"joints {abs(by)} row{'s' if abs(by) > 1 else ''} {'earlier' if by > 0 else 'later'}"
@@ -336,15 +336,19 @@ def rows_shifted(t: Table, rng) -> Spoiled:
 
 
 def rows_exchanged(t: Table, rng) -> Spoiled:
-    a, b = sorted(int(row) for row in rng.choice(len(t), 2, replace=False))
+    a, b = 0, 0
+    while np.array_equal(t.joints[a], t.joints[b]):  # nests of one pose may stand in any order
+        a, b = sorted(int(row) for row in rng.choice(len(t), 2, replace=False))
     source = np.arange(len(t))
     source[[a, b]] = b, a
     mend = f"lines {a + 2} and {b + 2} are exchanged: exchange them back"
     return Spoiled(t.measured_at(source), "swapped_rows", (), mend, (a + 2, b + 2))
 
 
-def _rows(t: Table, kept: np.ndarray) -> Table:
-    return replace(t.measured_at(np.flatnonzero(kept)), joints=t.joints[kept])
+def keep_rows(t: Table, kept: np.ndarray) -> Table:
+    """Some rows whole, by number or by True."""
+    rows = np.arange(len(t))[kept]
+    return replace(t.measured_at(rows), joints=t.joints[rows])
 
 
 SLIPS: tuple[Slipper, ...] = (

@@ -78,3 +78,27 @@ def test_data_of_another_robot_leave_status_3(call, turned):
     assert (status, out) == (3, "")
     assert "do not fit robot 'staubli-tx60'" in complaint
     assert complaint.count("\n") == 1
+
+
+def test_mend_moves_the_rows_of_several_nests_back(call, tmp_path):
+    """Oracle: errors of 0.3 to 1 mm and 1 to 3 mrad miss by some millimetres, not by hundreds."""
+    table = Campaign("ur10e", seed=3, rows=90, full_pose=False, nests=3).measure()
+    table.measured_at(np.roll(np.arange(90), -3)).write(tmp_path / "spoiled", "ur10e")
+    status, out, _ = call("identify", tmp_path / "spoiled", "--out", tmp_path / "o", "--mend")
+    assert status == 0
+    assert "move the measurements down by 3 rows" in out
+    residuals = json.loads((tmp_path / "o" / "identification.json").read_text())["residuals"]
+    assert residuals["before"]["position_rms_mm"] < 20
+
+
+def test_mend_writes_no_model_where_nothing_explains_the_misfit(call, tmp_path):
+    table = Campaign("ur10e", seed=3, rows=90, full_pose=False, nests=3).measure()
+    source = np.random.default_rng(1).permutation(90)
+    table.measured_at(source).write(tmp_path / "spoiled", "ur10e")
+    status, out, complaint = call(
+        "identify", tmp_path / "spoiled", "--out", tmp_path / "o", "--mend"
+    )
+    assert (status, out) == (3, "")
+    assert "the data do not fit robot 'ur10e'" in complaint
+    assert complaint.count("\n") == 1
+    assert not (tmp_path / "o").exists()

@@ -221,12 +221,6 @@ def test_several_targets_are_no_outliers_of_each_other(tmp_path):
     assert (slip.fault, slip.columns) == (Fault.joint_sign, fault.columns)
 
 
-def test_too_few_rows_show_nothing(tmp_path):
-    table = Campaign("ur10e", seed=1, rows=14).measure()
-    fault = spoiled.radians(table, np.random.default_rng(1))
-    assert find(tmp_path, fault.table, "ur10e") == ()
-
-
 def test_measurements_whose_joints_are_not_in_the_file_are_rejected_by_line(tmp_path):
     """From row 20 on the joints come five rows later: the last five measurements lose theirs."""
     table = Campaign("ur10e", seed=1, rows=40).measure()

@@ -124,11 +124,15 @@ def on_main_target(bundle: Bundle) -> Bool[Array, "row"]:
     return np.asarray(usable & (names == targets_on_tool(bundle)[0])) if usable.any() else usable
 
 
+def on_tool(bundle: Bundle) -> Bool[Array, "row"]:
+    """Rows of the tool or of a nest that it carries."""
+    fixed = [name for name, target in bundle.targets.items() if target.fixed]
+    return np.asarray(~np.isin(np.array(bundle.measurements.target), fixed))
+
+
 def _located(bundle: Bundle) -> Bool[Array, "row"]:
     """Rows with a point of any target on the tool."""
-    rows = bundle.measurements
-    fixed = [name for name, target in bundle.targets.items() if target.fixed]
-    return np.asarray(np.isfinite(rows.position[:, 0]) & ~np.isin(np.array(rows.target), fixed))
+    return np.asarray(np.isfinite(bundle.measurements.position[:, 0]) & on_tool(bundle))
 
 
 def file_order(bundle: Bundle) -> Int[Array, "row"]:

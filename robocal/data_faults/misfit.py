@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from robocal.data_faults.campaign_view import file_order, targets_on_tool, view_of
+from robocal.data_faults.campaign_view import file_order, on_tool, targets_on_tool, view_of
 from robocal.data_faults.frame_fits import QUANTILE, RigidFit
 from robocal.data_faults.hypotheses import Explanation, as_written, plausible_error
+from robocal.data_faults.length_misfit import LEAST_LENGTHS, missed_lengths
 from robocal.data_faults.predicted_points import PredictedPoints, predict_points
 from robocal.errors import NoAnswer
 from robocal.formats.bundle import Bundle
@@ -69,3 +70,28 @@ def refuse_misfit(bundle: Bundle, fit: RigidFit, why: str) -> None:
             f"and nests fitted freely its points are missed by {worst * 1e3:.0f} mm, {why}; check "
             "robot.yaml and what was measured"
         )
+
+
+def refuse_missed_lengths(bundle: Bundle) -> None:
+    """Complain where lengths to one target are missed by far, whatever anchor and target.
+
+    Raises
+    ------
+    NoAnswer
+        If most of them are off by 5 % of the robot's length.
+    """
+    rows = bundle.measurements
+    usable = np.isfinite(rows.distance) & on_tool(bundle)
+    names = np.array(rows.target)
+    for name in sorted({*names[usable].tolist()}):
+        own = usable & (names == name)
+        if np.count_nonzero(own) < LEAST_LENGTHS:
+            continue
+        missed = missed_lengths(bundle.robot.geometry, rows.joints[own], rows.distance[own])
+        worst = float(np.quantile(missed, QUANTILE, method="lower"))
+        if worst > _NO_FIT * plausible_error(bundle.robot):
+            raise NoAnswer(
+                f"measurements.csv: the lengths do not fit robot '{bundle.robot.name}': with "
+                f"anchor and target anywhere they are missed by {worst * 1e3:.0f} mm; check unit "
+                "and order of distance_mm, the joints, and robot.yaml"
+            )

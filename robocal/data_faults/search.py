@@ -21,7 +21,13 @@ from robocal.data_faults.hypotheses import (
     with_rivals,
 )
 from robocal.data_faults.joints import AS_WRITTEN, paired_joint_slips, single_joint_slips
-from robocal.data_faults.misfit import fit_as_written, predicted_by, refuse_misfit, row_tolerance
+from robocal.data_faults.misfit import (
+    fit_as_written,
+    predicted_by,
+    refuse_misfit,
+    refuse_missed_lengths,
+    row_tolerance,
+)
 from robocal.data_faults.rows import SHIFTS, find_row_slips, partners
 from robocal.data_faults.slip import Slip, mend
 from robocal.data_faults.tool_rotation import fit_orientations, misfit_as_written
@@ -43,7 +49,7 @@ def find_slips(bundle: Bundle) -> tuple[Slip, ...]:
     """Slips of convention, unit and row order, each with its mend; empty for sound data.
 
     Rows are tried against the nominal robot with free base, tool and nests. Too few poses to tell
-    one slip from another, or lengths alone, get no name.
+    one slip from another, or lengths alone, get no name, but are refused if they miss by far.
 
     Raises
     ------
@@ -57,6 +63,13 @@ def find_slips(bundle: Bundle) -> tuple[Slip, ...]:
     .. [1] docs/data_faults.md lists what is tried and how surely it is named.
     """
     _refuse_stuck_points(bundle)
+    slips = _slips_of_points(bundle)
+    refuse_missed_lengths(_mended(bundle, slips))
+    return slips
+
+
+def _slips_of_points(bundle: Bundle) -> tuple[Slip, ...]:
+    """Slips under which the nominal robot fits the points of its targets."""
     view, written = view_of(bundle), fit_as_written(bundle)
     if view is None or written is None:
         return ()

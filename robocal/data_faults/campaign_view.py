@@ -15,6 +15,8 @@ LEAST_POSES = 15
 """Fewer poses of one target show nothing for certain"""
 _LEAST_NUMBERS = 3 * LEAST_POSES - 3
 """What so many poses show, whatever the place of the target"""
+_LEAST_TO_MISS = 12
+"""5 poses of one target; fewer fit nearly any arm, and one bad point decides"""
 _LEAST_OF_A_HALF = 27
 """10 poses of one target"""
 _MOST_TARGETS = 8
@@ -55,6 +57,11 @@ class View:
     def tells_slips(self) -> bool:
         """Whether there are poses enough to tell one slip from another."""
         return self.numbers >= _LEAST_NUMBERS
+
+    @property
+    def can_miss(self) -> bool:
+        """Whether there are so many poses that a wrong robot misses them."""
+        return self.numbers >= _LEAST_TO_MISS
 
     @property
     def numbers(self) -> int:

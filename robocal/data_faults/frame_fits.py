@@ -19,6 +19,8 @@ QUANTILE = 0.85
 """A fit is judged by the residual that this share of the rows stays below."""
 _LOOSE_STEPS = 5
 _RIGID_STEPS = 12
+_LEAST_SPREAD = 1e-9
+"""Of one pose measured again and again [m]"""
 _RIDGE = 1e-9
 """Keeps directions that the poses leave open at rest, relative to the others."""
 
@@ -53,9 +55,10 @@ class RigidFit:
 
 
 def spread_of(points: Float[Array, "row 3"]) -> float:
-    """Robust distance of the points from their centre, as a root mean square [m]."""
+    """Robust distance of the points from their centre, as a root mean square [m]; never zero."""
     distance = np.linalg.norm(points - np.median(points, axis=0), axis=1)
-    return float(np.sqrt(np.mean(np.minimum(distance, 3.0 * np.median(distance)) ** 2)))
+    spread = np.sqrt(np.mean(np.minimum(distance, 3.0 * np.median(distance)) ** 2))
+    return max(float(spread), _LEAST_SPREAD)
 
 
 def loose_fits(

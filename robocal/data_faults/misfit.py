@@ -14,8 +14,6 @@ from robocal.measurements import MeasurementSet
 _ROWS = 200
 _NO_FIT = 2.5
 """Times the plausible error above which the robot is not this one"""
-_LEAST_POINTS = 6
-"""Fewer fit nearly any arm, and one bad point decides"""
 _LEAST_OF_A_TARGET = 4
 
 
@@ -52,11 +50,12 @@ def refuse_misfit(bundle: Bundle, fit: RigidFit, why: str) -> None:
     NoAnswer
         If most points, or half of those of one target, are off by 5 % of the robot's length.
     """
+    view = view_of(bundle)
+    if view is None or not view.can_miss:
+        return
     points = predicted_by(bundle, bundle.measurements, fit)
     every = np.arange(len(bundle.measurements))
     missed = points.distance(every, every)
-    if np.count_nonzero(points.seen) < _LEAST_POINTS:
-        return
     # The lower of two points, for one bad point of a few decides nothing.
     worst = float(np.quantile(missed[points.seen], QUANTILE, method="lower"))
     names = np.array(bundle.measurements.target)

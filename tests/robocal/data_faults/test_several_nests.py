@@ -106,3 +106,8 @@ def test_of_shifts_that_fit_alike_the_smallest_is_named():
         tolerance=1.0,
     )
     assert "in every line the measurements belong to the joints 2 rows earlier" in slip.sentence
+
+
+def test_one_pose_measured_again_and_again_shows_nothing(tmp_path):
+    table = measured(30, 1)
+    assert find(tmp_path, spoiled.keep_rows(table, np.zeros(30, dtype=int))) == ()

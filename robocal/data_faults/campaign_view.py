@@ -17,8 +17,8 @@ _LEAST_NUMBERS = 3 * LEAST_POSES - 3
 """What so many poses show, whatever the place of the target"""
 _LEAST_TO_MISS = 12
 """5 poses of one target; fewer fit nearly any arm, and one bad point decides"""
-_LEAST_OF_A_HALF = 27
-"""10 poses of one target"""
+_LEAST_OF_A_HALF = 18
+"""7 poses of one target; what a half shows has to hold for all rows"""
 _MOST_TARGETS = 8
 """Further ones cost time and tell little; their rows are judged all the same"""
 _SAME_JOINTS = 4

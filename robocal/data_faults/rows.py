@@ -19,8 +19,8 @@ MOST_ROWS = 5
 SHIFTS = tuple(range(-MOST_ROWS, MOST_ROWS + 1))
 _CHANGE_COST = 2.5
 """Rows that a new shift must explain before it is believed"""
-_ALONE_COST = 0.5
-"""Of a row whose joints are not in the file: as many as a shift loses are no reason to change it"""
+_START_COST = 2.0
+"""The same where the file begins with it; a little less, as the one shift tells all then"""
 _TIE = 1e-6
 """A row more of shift has to explain more than this"""
 _MOST_FLAGGED = 60
@@ -104,17 +104,18 @@ def _follow_shifts(
     """The cheapest sequence of shifts along the file, by dynamic programming."""
     n = len(order)
     cost = np.zeros((n, len(SHIFTS)))
-    for state, shift in enumerate(SHIFTS):
-        source = partners(order, np.full(n, shift))
-        rows = np.flatnonzero(seen)
-        cost[rows, state] = _ALONE_COST
-        rows = rows[source[rows] >= 0]
+    own = MOST_ROWS
+    # The row itself first: one whose joints are not in the file is no reason to change a shift.
+    for state in sorted(range(len(SHIFTS)), key=lambda state: abs(SHIFTS[state])):
+        source = partners(order, np.full(n, SHIFTS[state]))
+        cost[:, state] = cost[:, own]
+        rows = np.flatnonzero(seen & (source >= 0))
         relative = distance(rows, source[rows]) / tolerance
         cost[rows, state] = np.minimum(np.nan_to_num(relative, nan=1.0) ** 2, 1.0)
-        # The row itself is believed before a neighbour that fits as well, a near one before a far.
-        cost[:, state] += _TIE * abs(shift)
+    # The row itself is believed before a neighbour that fits as well, a near one before a far.
+    cost += _TIE * np.abs(SHIFTS)
     came_from = np.zeros((n, len(SHIFTS)), dtype=int)
-    total = cost[0].copy()
+    total = cost[0] + np.where(np.arange(len(SHIFTS)) == own, 0.0, _START_COST)
     for row in range(1, n):
         best = int(np.argmin(total))
         change = total[best] + _CHANGE_COST

@@ -111,3 +111,16 @@ def test_of_shifts_that_fit_alike_the_smallest_is_named():
 def test_one_pose_measured_again_and_again_shows_nothing(tmp_path):
     table = measured(30, 1)
     assert find(tmp_path, spoiled.keep_rows(table, np.zeros(30, dtype=int))) == ()
+
+
+def test_rows_before_an_early_shift_keep_their_joints(tmp_path):
+    """Only one row of three shows it: those before it must count more than where a file begins."""
+    table = measured(12, 3)
+    table.write(tmp_path / "sound", "ur10e")
+    source = np.arange(len(table))
+    source[8:] -= 1
+    (slip,) = find(tmp_path / "spoiled", table.measured_at(source))
+    assert min(slip.lines) > 9
+    mended = mend(read_bundle(tmp_path / "spoiled"), (slip,))
+    assert len(mended.measurements) == len(table)
+    assert gives_back(mended, read_bundle(tmp_path / "sound"), exact=True)

@@ -77,7 +77,11 @@ class Sender:
     def _take(self) -> Taken | None:
         # Looked for without the writers' lock, which an idle sender must not ask for all day.
         with self.database.read() as session:
-            due = (DeliveryRow.state == DeliveryState.pending) & (DeliveryRow.due <= time.time())
+            now = time.time()
+            # Nothing waits longer: what lies farther ahead was noted before the clock was set back.
+            farthest = now + max(_LONGEST_WAIT_S, _HELD_S * self.settings.webhook_timeout_s)
+            come = (DeliveryRow.due <= now) | (DeliveryRow.due > farthest)
+            due = (DeliveryRow.state == DeliveryState.pending) & come
             number = session.scalar(
                 select(DeliveryRow.id).where(due).order_by(DeliveryRow.due, DeliveryRow.id).limit(1)
             )

@@ -94,6 +94,17 @@ def test_each_wait_is_twice_the_one_before(client, cell, database, settings):
     assert waits == pytest.approx([100, 200, 400, 800], abs=5)
 
 
+def test_what_waits_for_a_clock_that_was_set_back_is_sent_at_once(client, cell, database, settings):
+    with receiver(200) as heard:
+        hook = subscribe(client, heard.url, "drift.alarm")
+        client.post(f"webhooks/{hook['id']}/test")
+        with database.write() as session:
+            session.connection().exec_driver_sql("UPDATE webhook_delivery SET due = due + 86400")
+        assert sender(database, settings).send_next()
+        assert not sender(database, settings).send_next()
+    assert len(heard.requests) == 1
+
+
 def test_after_the_last_attempt_a_delivery_is_given_up(client, cell, database, settings):
     with receiver(500) as heard:
         hook = subscribe(client, heard.url, "drift.alarm")

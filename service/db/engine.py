@@ -9,12 +9,15 @@ that what a writer has read stays true until it commits. A host that vanished or
 middle of a transaction is thrown out by the server, which frees the lock.
 """
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from sqlite3 import SQLITE_BUSY
 from sqlite3 import Connection as SqliteConnection
+from sqlite3 import OperationalError as SqliteError
 
 from sqlalchemy import Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError
@@ -30,6 +33,7 @@ _WRITES = "robocal_writes"
 _WRITERS_LOCK = 0x0B0CA1
 """Number of the advisory lock that writers take."""
 _CONNECT_S = 10
+_SWITCH_AGAIN_S = 0.01
 
 
 @dataclass(frozen=True)
@@ -132,9 +136,23 @@ def _set_pragmas(busy_s: float, connection: SqliteConnection, record: object) ->
     # Python's sqlite3 module must not begin transactions by itself.
     connection.isolation_level = None
     connection.execute(f"PRAGMA busy_timeout = {round(busy_s * 1e3)}")
-    connection.execute("PRAGMA journal_mode = WAL")
+    _use_write_ahead_log(connection, busy_s)
     connection.execute("PRAGMA synchronous = FULL")
     connection.execute("PRAGMA foreign_keys = ON")
+
+
+def _use_write_ahead_log(connection: SqliteConnection, busy_s: float) -> None:
+    """Switch a new file over; where another process writes it just then, SQLite does not wait."""
+    until = time.monotonic() + busy_s
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode = WAL")
+        except SqliteError as error:
+            if error.sqlite_errorcode != SQLITE_BUSY or time.monotonic() >= until:
+                raise
+            time.sleep(_SWITCH_AGAIN_S)
+        else:
+            return
 
 
 def _begin_sqlite(connection: Connection) -> None:

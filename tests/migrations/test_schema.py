@@ -1,7 +1,10 @@
 """The schema is made by migrations alone, and no migration loses a row, on either database."""
 
 import multiprocessing
+import sqlite3
+import threading
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -10,7 +13,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import inspect, select, text
-from sqlalchemy.exc import DBAPIError, IntegrityError
+from sqlalchemy.exc import DBAPIError, IntegrityError, OperationalError
 
 from service.db.engine import Database, open_database
 from service.db.models import Base, CellRow
@@ -167,6 +170,31 @@ def test_several_processes_may_upgrade_at_once(database):
             done.result()
     fill(database)
     assert counts(database) == dict.fromkeys(ROWS, 1)
+
+
+def test_a_new_file_that_another_process_writes_is_waited_for(tmp_path):
+    file = tmp_path / "new.sqlite3"
+    with closing(sqlite3.connect(file, isolation_level=None, check_same_thread=False)) as other:
+        other.execute("CREATE TABLE theirs (x)")
+        other.execute("BEGIN IMMEDIATE")
+        opened = open_database(f"sqlite:///{file}")
+        letting_go = threading.Timer(0.3, other.execute, ["COMMIT"])
+        letting_go.start()
+        assert schema_revision(opened.engine) is None
+        letting_go.join()
+        opened.close()
+
+
+def test_a_new_file_that_stays_locked_is_given_up(tmp_path):
+    file = tmp_path / "new.sqlite3"
+    with closing(sqlite3.connect(file, isolation_level=None)) as other:
+        other.execute("CREATE TABLE theirs (x)")
+        other.execute("BEGIN IMMEDIATE")
+        opened = open_database(f"sqlite:///{file}", busy_s=0.1)
+        with pytest.raises(OperationalError, match="locked"):
+            schema_revision(opened.engine)
+        opened.close()
+        other.execute("COMMIT")
 
 
 def test_recreating_a_parent_table_keeps_its_children_up_and_down(database, tmp_path):

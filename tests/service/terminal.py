@@ -14,7 +14,7 @@ ENTRY = "from service.cli import main; main()"
 LONGEST_S = 120.0
 
 
-def _obey_ctrl_c() -> None:
+def obey_ctrl_c() -> None:
     """Whoever starts the tests in the background makes their programs ignore it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
@@ -34,7 +34,7 @@ class AtTerminal:
             cwd=ROOT,
             env=os.environ | {"TERM": "xterm", "COLUMNS": "100"},
             start_new_session=True,
-            preexec_fn=_obey_ctrl_c,
+            preexec_fn=obey_ctrl_c,
         )
         os.close(program)
         self._reader = threading.Thread(target=self._read)

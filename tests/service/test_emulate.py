@@ -28,6 +28,7 @@ from drivers.interfaces import Safety
 from drivers.registry import open_robot, open_temperature_probe, open_tracker
 from service.emulated_cell import PROBES, ROBOTS, TRACKERS
 from service.emulated_faults import FAULTS
+from tests.service.terminal import obey_ctrl_c
 
 ENTRY = "from service.cli import main; main()"
 OPTIONS = Namespace(tools=1, form="triggered_6d", id=1, sensor="s", counts=4096, unit="mm")
@@ -69,6 +70,7 @@ class Emulated:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
+            preexec_fn=obey_ctrl_c,
         )
         self.said = ""
         while "Ctrl+C" not in self.said:

@@ -107,7 +107,7 @@ def solve(
     rows: Observations,
     choices: Choices,
     how: Strategy,
-    nominal: CellModel | None = None,
+    centre: CellModel | None = None,
 ) -> Solution:
     """Fit, and fit again while the solution shows parameters that the start could not.
 
@@ -117,16 +117,18 @@ def solve(
     Parameters
     ----------
     start
-        Where to begin; its links are the nominal ones unless `nominal` says otherwise.
+        Where to begin.
     rows
         Rows to fit.
     choices
         Parameters fixed, free or with priors of their own.
     how
         Way to the minimum.
+    centre
+        Where the priors are centred, its links nominal; the start if None.
     """
     std = prior_std(start, choices)
-    centre = start if nominal is None else nominal
+    centre = centre or start
     redundancy = structure(centre, rows, std)
     if np.isinf(std).any():
         # Free, but parallel to others: where the solution shows it, nothing would hold it.
@@ -156,11 +158,11 @@ def solve_without_outliers(
     rows: Observations,
     choices: Choices,
     how: Strategy,
-    nominal: CellModel | None = None,
+    centre: CellModel | None = None,
 ) -> Solution:
     """Like `solve`, leaving out rows that do not belong; every row is judged anew in each round."""
     tell("fitting the geometry")
-    solution = solve(start, rows, choices, how, nominal)
+    solution = solve(start, rows, choices, how, centre)
     for _ in range(_MAX_REJECTIONS):
         used = ~solution.scores.outlying
         if (used == solution.used).all() or used.sum() * 2 < len(rows):

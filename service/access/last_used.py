@@ -4,13 +4,12 @@ A write for every read would make the MES wait for the campaign's transactions.
 """
 
 import logging
-from threading import Event, Lock, Thread
-from types import TracebackType
-from typing import Self
+from threading import Lock
 
 from sqlalchemy.exc import OperationalError
 
 from service.access import keys
+from service.background import Background
 from service.clock import utc_now
 from service.db.engine import Database
 
@@ -19,29 +18,14 @@ WRITE_EVERY_S = 30.0
 log = logging.getLogger("robocal.access")
 
 
-class LastUsed:
+class LastUsed(Background):
     """Context manager: writes in a thread of its own, and once more at its end."""
 
     def __init__(self, database: Database) -> None:
+        super().__init__("last-used")
         self._database = database
         self._moments: dict[int, str] = {}
         self._lock = Lock()
-        self._ending = Event()
-        self._thread = Thread(target=self._run, name="last-used", daemon=True)
-
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._ending.set()
-        self._thread.join()
-        self._write()
 
     def note(self, number: int) -> None:
         """A key was used now."""
@@ -49,8 +33,9 @@ class LastUsed:
             self._moments[number] = utc_now()
 
     def _run(self) -> None:
-        while not self._ending.wait(WRITE_EVERY_S):
+        while not self._over.wait(WRITE_EVERY_S):
             self._write()
+        self._write()
 
     def _write(self) -> None:
         with self._lock:

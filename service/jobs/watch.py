@@ -3,9 +3,9 @@
 import time
 from collections.abc import Callable
 from enum import StrEnum
-from threading import Event, Thread
-from types import TracebackType
+from threading import Event
 
+from service.background import Background
 from service.jobs.queue import Claim, JobQueue, LeaseLost
 
 _RENEWALS_PER_LEASE = 4
@@ -29,7 +29,7 @@ class Stopped(Exception):
         self.cause = cause
 
 
-class Watch:
+class Watch(Background):
     """Renews the lease and asks for the wish to stop; `may_continue` costs nothing.
 
     Parameters
@@ -52,6 +52,7 @@ class Watch:
         shutdown: Event,
         period_s: float,
     ) -> None:
+        super().__init__(f"watch-job-{claim.job}")
         self._queue = queue
         self._claim = claim
         self._wished_stop = wished_stop
@@ -60,21 +61,6 @@ class Watch:
         self._lease_until = claim.lease_until
         self._renewal_s = max(claim.lease_until - time.monotonic(), 0.0) / _RENEWALS_PER_LEASE
         self._cause: Cause | None = None
-        self._over = Event()
-        self._thread = Thread(target=self._run, name=f"watch-job-{claim.job}", daemon=True)
-
-    def __enter__(self) -> "Watch":
-        self._thread.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._over.set()
-        self._thread.join()
 
     def may_continue(self) -> bool:
         """Whether the job is still wanted and still this worker's."""

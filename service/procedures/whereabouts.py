@@ -6,13 +6,12 @@ A thread of its own writes: who looks after a moving robot never waits for the d
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from threading import Event, Thread
-from types import TracebackType
 
 from sqlalchemy.exc import SQLAlchemyError
 
 from drivers.errors import DriverError
 from drivers.interfaces import Robot
+from service.background import Background
 from service.db.models import WhereaboutsRow
 from service.jobs.queue import LeaseLost
 from service.jobs.watch import Cause
@@ -24,7 +23,7 @@ BRAKING_S = 1.0
 _LOOK_S = 0.02
 
 
-class Whereabouts:
+class Whereabouts(Background):
     """Stores what the motion loop saw last, while the job is still this worker's.
 
     Leaving it stores the very last: leave it when the devices are let go, for it may wait for the
@@ -32,23 +31,9 @@ class Whereabouts:
     """
 
     def __init__(self, job: Job) -> None:
+        super().__init__(f"whereabouts-{job.campaign}")
         self._job = job
         self._seen: tuple[float, ...] | None = None
-        self._over = Event()
-        self._thread = Thread(target=self._run, name=f"whereabouts-{job.campaign}", daemon=True)
-
-    def __enter__(self) -> "Whereabouts":
-        self._thread.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._over.set()
-        self._thread.join()
 
     def saw(self, joints: tuple[float, ...]) -> None:
         """Take the joints of the moving robot; costs nothing."""

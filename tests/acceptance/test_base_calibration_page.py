@@ -9,11 +9,9 @@ from playwright.sync_api import Page, expect
 
 from service.emulated_stage import EmulatedStage, StageHands
 from tests.acceptance.test_page import (
-    CHROMIUM,
     PATIENCE_MS,
     ROOT,
     Watched,
-    browser,  # noqa: F401 - a fixture
     watched,
 )
 from tests.integration.service_cell import Site, installation
@@ -21,10 +19,6 @@ from tests.integration.stage_hands import placed
 
 SCREENSHOT = ROOT / "docs" / "images" / "base_calibration.png"
 TOUCHES = 7
-
-pytestmark = pytest.mark.skipif(
-    not CHROMIUM, reason="no browser; install one: apt-get install chromium"
-)
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +78,7 @@ def keep_picture(seen: Watched, tmp_path: Path) -> None:
 
 
 def test_an_operator_is_led_from_the_form_to_the_released_transform(
-    browser,  # noqa: F811
+    browser,
     site,
     stage,
     tmp_path,

@@ -12,42 +12,17 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.integration.service_cell import ROOT, Site, World, emulated_world, installation
 from tests.measured_cell import true_cell, write_bundle
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""
-)
-ARGUMENTS = [
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 PICTURES = ROOT / "docs" / "images"
 FIRST_CONTROL_MS = 3000
 """How soon a person can use the page."""
 PATIENCE_MS = 300_000
 """Planning, motion and identification on a busy machine."""
 expect.set_options(timeout=PATIENCE_MS)
-
-pytestmark = pytest.mark.skipif(
-    not CHROMIUM, reason="no browser; install one: apt-get install chromium"
-)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        yield started
-        started.close()
 
 
 @pytest.fixture(scope="module")

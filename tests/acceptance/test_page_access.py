@@ -5,25 +5,13 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, Route, expect, sync_playwright
+from playwright.sync_api import BrowserContext, Page, Route, expect
 
-from tests.acceptance.test_page import ARGUMENTS, CHROMIUM, PATIENCE_MS
+from tests.acceptance.test_page import PATIENCE_MS
 from tests.credentials import PASSWORD
 from tests.integration.service_cell import ROOT, Site, installation
 
 SCREENSHOT = ROOT / "docs" / "images" / "access.png"
-
-pytestmark = pytest.mark.skipif(
-    not CHROMIUM, reason="no browser; install one: apt-get install chromium"
-)
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Browser]:
-    with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        yield started
-        started.close()
 
 
 @pytest.fixture(scope="module")
@@ -33,9 +21,9 @@ def service(tmp_path_factory) -> Iterator[Site]:
 
 
 @pytest.fixture
-def stranger(chromium) -> Iterator[BrowserContext]:
+def stranger(browser) -> Iterator[BrowserContext]:
     """A browser in which nobody is logged in."""
-    with chromium.new_context(viewport={"width": 1280, "height": 900}) as context:
+    with browser.new_context(viewport={"width": 1280, "height": 900}) as context:
         yield context
 
 
@@ -53,7 +41,7 @@ def log_in(page: Page, name: str, password: str = PASSWORD) -> None:
     page.get_by_role("button", name="Log in").click()
 
 
-def test_an_engineer_makes_an_operator_who_logs_in_works_and_logs_out(stranger, chromium, service):
+def test_an_engineer_makes_an_operator_who_logs_in_works_and_logs_out(stranger, browser, service):
     service.login_cookie("eva")
     page = opened(stranger, service, "/access")
     expect(page).to_have_url(re.compile(r"/login\?next=/access$"))
@@ -82,7 +70,7 @@ def test_an_engineer_makes_an_operator_who_logs_in_works_and_logs_out(stranger, 
     if os.environ.get("ROBOCAL_SCREENSHOTS") == "1":
         page.screenshot(path=SCREENSHOT, animations="disabled")
 
-    with chromium.new_context() as own:
+    with browser.new_context() as own:
         _operate(opened(own, service, link), service)
 
 

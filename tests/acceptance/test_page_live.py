@@ -4,32 +4,20 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
 from service.campaigns import follow_ups, life
 from service.clock import utc_now
 from service.db.models import CampaignRow, PoseRow, ReadingRow, WhereaboutsRow
 from service.procedures.plan import PURPOSE_HEALTH
-from tests.acceptance.test_page import ARGUMENTS, CHROMIUM, watched
+from tests.acceptance.test_page import watched
 from tests.acceptance.test_page_views import ended_campaigns, kept, result
 from tests.integration.service_cell import START_DEG, Site, installation
-
-pytestmark = pytest.mark.skipif(
-    not CHROMIUM, reason="no browser; install one: apt-get install chromium"
-)
 
 START = [float(q) for q in np.radians(START_DEG)]
 UPRIGHT = [0.0, -np.pi / 2, 0.0, -np.pi / 2, 0.0, 0.0]
 HEALTHY = {"alarm": False, "trend_alarm": False, "advice": "", "position_rms_mm": 0.04}
 HEALTHY |= {"chi_square": 20.0, "chi_square_limit": 40.0}
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Browser]:
-    with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        yield started
-        started.close()
 
 
 @pytest.fixture(scope="module")
@@ -75,11 +63,11 @@ def stand(place: Site, number: int, joints: list[float]) -> None:
 
 
 def test_a_health_checks_readings_are_drawn_and_its_result_takes_the_live_views_place(
-    chromium, place
+    browser, place
 ):
     number = running_campaign(place, "healthy", "health")
     plan(place, number, range(2), PURPOSE_HEALTH)
-    with watched(chromium, place) as seen:
+    with watched(browser, place) as seen:
         page = seen.page
         seen.open(f"/campaigns/{number}")
         for idx in range(2):
@@ -102,10 +90,10 @@ def test_a_health_checks_readings_are_drawn_and_its_result_takes_the_live_views_
         seen.require_clean()
 
 
-def test_a_second_round_of_a_follow_up_joins_the_picture(chromium, place):
+def test_a_second_round_of_a_follow_up_joins_the_picture(browser, place):
     number = running_campaign(place, "rounds", "follow_up")
     plan(place, number, range(2), follow_ups.PURPOSE)
-    with watched(chromium, place) as seen:
+    with watched(browser, place) as seen:
         page = seen.page
         seen.open(f"/campaigns/{number}")
         read_pose(place, number, 0)
@@ -118,11 +106,11 @@ def test_a_second_round_of_a_follow_up_joins_the_picture(chromium, place):
         seen.require_clean()
 
 
-def test_the_arm_stays_in_the_picture_wherever_it_goes(chromium, place):
+def test_the_arm_stays_in_the_picture_wherever_it_goes(browser, place):
     number = running_campaign(place, "elbow", "calibrate")
     plan(place, number, range(1), "calibrate")
     stand(place, number, START)
-    with watched(chromium, place) as seen:
+    with watched(browser, place) as seen:
         page = seen.page
         # The arm is drawn at once where it is, without the way there.
         page.emulate_media(reduced_motion="reduce")

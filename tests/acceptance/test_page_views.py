@@ -7,7 +7,7 @@ from contextlib import closing, contextmanager
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 from sqlalchemy.orm import Session
 
 from service.db.engine import open_database
@@ -16,8 +16,6 @@ from service.health_checks.models import HealthPoint
 from service.parameters import store
 from service.web.words import LANGUAGES
 from tests.acceptance.test_page import (
-    ARGUMENTS,
-    CHROMIUM,
     PATIENCE_MS,
     Watched,
     keep_picture,
@@ -28,18 +26,6 @@ from tests.integration.service_cell import Site, emulated_world, installation
 from tests.robocal.formats.calibrated_arms import calibrated_arm
 from tests.service.released_arm import content_of
 from tests.service.test_web_results import IDENTIFICATION
-
-pytestmark = pytest.mark.skipif(
-    not CHROMIUM, reason="no browser; install one: apt-get install chromium"
-)
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Browser]:
-    with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        yield started
-        started.close()
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +38,8 @@ def ground(page: Page) -> str:
     return page.evaluate("getComputedStyle(document.body).backgroundColor")
 
 
-def test_language_and_colours_are_kept_by_the_browser(chromium, place):
-    with watched(chromium, place) as seen:
+def test_language_and_colours_are_kept_by_the_browser(browser, place):
+    with watched(browser, place) as seen:
         page = seen.page
         seen.open()
         light = ground(page)
@@ -72,9 +58,9 @@ def test_language_and_colours_are_kept_by_the_browser(chromium, place):
 
 
 def test_the_previewed_plan_is_driven_while_two_people_watch_and_one_ends_it(
-    chromium, place, tmp_path
+    browser, place, tmp_path
 ):
-    with emulated_world(tmp_path, time_scale=5) as world, watched(chromium, place) as anna:
+    with emulated_world(tmp_path, time_scale=5) as world, watched(browser, place) as anna:
         page = anna.page
         anna.open()
         anna.create_cell("seen", world.address)
@@ -91,7 +77,7 @@ def test_the_previewed_plan_is_driven_while_two_people_watch_and_one_ends_it(
         plan = page.evaluate("path => fetch(path).then(answer => answer.json())", address)
         anna.arm("seen")
         number = anna.start_campaign("seen", "calibrate", 12)
-        with chromium.new_context() as context:
+        with browser.new_context() as context:
             context.add_cookies([place.login_cookie("otto", "operate")])
             otto = Watched(context.new_page(), place)
             otto.open(f"/campaigns/{number}")
@@ -157,14 +143,14 @@ def decide(page: Page, version: int, step: str, reason: str) -> None:
     page.get_by_role("dialog").get_by_role("button", name=step).click()
 
 
-def test_an_engineer_releases_a_version_and_takes_it_back(chromium, place):
+def test_an_engineer_releases_a_version_and_takes_it_back(browser, place):
     (number,) = ended_campaigns(place, "life", 1)
     with kept(place) as session:
         for _ in range(2):
             store.add_candidate(
                 session, "life", number, content_of(calibrated_arm("ur10e"), number)
             )
-    with watched(chromium, place) as seen:
+    with watched(browser, place) as seen:
         page = seen.page
         seen.open("/cells/life")
         decide(page, 1, "Release", "")
@@ -183,7 +169,7 @@ def test_an_engineer_releases_a_version_and_takes_it_back(chromium, place):
         seen.require_clean()
 
 
-def test_the_trend_of_health_checks_is_charted_against_its_limit(chromium, place):
+def test_the_trend_of_health_checks_is_charted_against_its_limit(browser, place):
     point = {name: None for name in HealthPoint.model_fields if name not in {"campaign", "at"}}
     point |= {"parameters_version": 1, "degrees_of_freedom": 24, "p_value": 0.5, "z": 0.0}
     point |= {"trend_alarm": False, "full_campaign_needed": False, "position_rms_mm": 0.04}
@@ -195,7 +181,7 @@ def test_the_trend_of_health_checks_is_charted_against_its_limit(chromium, place
             square = {"chi_square": 40.0 * ratio, "chi_square_limit": 40.0}
             at = f"2026-0{1 + number % 9}-01T00:00:00+00:00"
             session.add(result(number, "health", point | told | square, at))
-    with watched(chromium, place) as seen:
+    with watched(browser, place) as seen:
         page = seen.page
         seen.open("/cells/trend")
         page.locator("#health-plot[data-drawn]").wait_for()
@@ -207,14 +193,14 @@ def test_the_trend_of_health_checks_is_charted_against_its_limit(chromium, place
         seen.require_clean()
 
 
-def test_two_calibrations_are_chosen_and_compared(chromium, place):
+def test_two_calibrations_are_chosen_and_compared(browser, place):
     numbers = ended_campaigns(place, "compared", 2)
     moved = copy.deepcopy(IDENTIFICATION)
     moved["parameters"][1]["identified"] += 0.1
     with kept(place) as session:
         for number, found in zip(numbers, (IDENTIFICATION, moved), strict=True):
             session.add(result(number, "identification", found, "2026-01-01T00:00:00+00:00"))
-    with watched(chromium, place) as seen:
+    with watched(browser, place) as seen:
         page = seen.page
         seen.open()
         page.get_by_role("link", name="Compare").click()
@@ -227,8 +213,8 @@ def test_two_calibrations_are_chosen_and_compared(chromium, place):
         seen.require_clean()
 
 
-def test_two_tabs_of_one_form_do_not_disturb_each_other(chromium, place):
-    with watched(chromium, place) as one:
+def test_two_tabs_of_one_form_do_not_disturb_each_other(browser, place):
+    with watched(browser, place) as one:
         other = Watched(one.page.context.new_page(), place)
         for tab, name in ((one, "left"), (other, "right")):
             tab.open()

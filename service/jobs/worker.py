@@ -7,14 +7,12 @@ stops the robot and gives its job back.
 import json
 import logging
 import os
-import signal
 import socket
 import sys
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from threading import Event, Thread
-from types import FrameType
 
 from sqlalchemy.exc import InternalError, OperationalError
 
@@ -25,6 +23,7 @@ from service.db.engine import Database, open_database
 from service.db.trouble import trouble_of
 from service.jobs.queue import Claim, JobKind, JobQueue, LeaseLost
 from service.jobs.queues import open_queue
+from service.jobs.shutdown import shutdown_by_signal
 from service.jobs.watch import Cause, Stopped, Watch
 from service.logs import about, set_up_logs
 from service.parent import end_with_parent
@@ -127,13 +126,7 @@ def main() -> None:
         # Who looks after a moving arm goes before computations, where the system permits it.
         with suppress(PermissionError):
             os.nice(HURRY)
-    shutdown = Event()
-
-    def end(number: int, frame: FrameType | None) -> None:
-        shutdown.set()
-
-    signal.signal(signal.SIGTERM, end)
-    signal.signal(signal.SIGINT, end)
+    shutdown = shutdown_by_signal()
     end_with_parent()
     try:
         settings = read_settings()

@@ -68,10 +68,15 @@ class Process:
         self.process.send_signal(number)
 
     def _collect(self, within_s: float = PATIENCE_S) -> int:
-        status = self.process.wait(within_s)
-        self.process.stdin.close()
-        self.process.stdout.close()
-        return status
+        try:
+            return self.process.wait(within_s)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            raise
+        finally:
+            self.process.stdin.close()
+            self.process.stdout.close()
 
     @property
     def alive(self) -> bool:

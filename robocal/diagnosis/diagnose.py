@@ -46,7 +46,8 @@ FALSE_ALARM = 0.025
 _MOST_OUTLYING = 0.08
 """Share of rows up to which they are outliers; more are an effect, such as all after a step; [1]"""
 _DOUBTFUL = 0.5
-"""Probability of a name below which it has to gain on left-out blocks; [1]"""
+"""Probability of a name below which it has to gain on left-out blocks, and of nothing being there
+above which the effect goes; [1]"""
 _NULL_DRAWS = 200
 _NULL_ROWS = 300
 _MOST_SMALL, _MOST_LARGE = 10, 60
@@ -125,13 +126,14 @@ def _judge(targets: Targets, steps: Steps) -> list[NamedEffect]:
 
 
 def _doubtful(effects: list[NamedEffect]) -> set[Instance]:
-    """Effects that probably are something else and gain nothing on left-out blocks."""
+    """Effects that probably are nothing, or something else and gain nothing on left-out blocks."""
     if len(effects) == 1:
         return set()
     return {
         fitted.instance
         for effect in effects
-        if effect.probability < _DOUBTFUL and effect.in_sample_only
+        if (effect.probability < _DOUBTFUL and effect.in_sample_only)
+        or effect.naming.none > _DOUBTFUL
         for fitted in (effect.fitted, *effect.form_corrections)
     }
 

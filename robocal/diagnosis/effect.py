@@ -20,6 +20,10 @@ Moves = dict[int, Float[Array, "row coefficient"]]
 """By index of the geometric parameter: its change for a coefficient of one [m, rad]."""
 
 
+PLACES = ("order", "line", "driven_by")
+"""Arguments that say where an effect acts; the others say in which form."""
+
+
 @dataclass(frozen=True)
 class Coefficient:
     """One number of an effect."""
@@ -48,6 +52,12 @@ class Instance:
     def argument(self, name: str) -> float:
         """One of the arguments."""
         return dict(self.arguments)[name]
+
+    @property
+    def place(self) -> tuple[object, ...]:
+        """What two forms of one cause agree in."""
+        where = (pair for pair in self.arguments if pair[0] in PLACES)
+        return self.effect, self.joint, *where
 
     @property
     def prior_std(self) -> Float[Array, "coefficient"]:

@@ -11,8 +11,10 @@ from numpy import ndarray as Array
 
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
+from robocal.diagnosis.effect import Instance
 from robocal.diagnosis.joint_fit import JointFit
 from robocal.diagnosis.linearised import Linearised
+from robocal.diagnosis.step_sweep import STEPS
 
 FORM_SHARE = 0.025
 """Of the square of an effect: a form that is wrong by a sixth; [1]"""
@@ -20,6 +22,11 @@ MENDING_SHARE = 0.15
 """Of the same: what a correction may amount to before the others take their part back; [1]"""
 ALIKE = 0.5
 """Cosine after projection from which one effect resembles another; [1]"""
+
+
+def _may_mend(main: Instance, small: Instance) -> bool:
+    """Whether the form of an effect can be wrong that way: a step that creeps is more steps."""
+    return main.effect not in STEPS or small.effect == main.effect
 
 
 def causes_and_forms(
@@ -47,12 +54,14 @@ def causes_and_forms(
     scale = found.fit.n_rows / fit.n_rows
     groups: list[list[int]] = []
     for position in np.argsort(-dropped).tolist():
+        instance = found.effects[position].instance
         for group in groups:
             main = group[0]
             small = dropped[position] < FORM_SHARE * sizes[main] * scale
             small &= sizes[position] < MENDING_SHARE * sizes[main]
             alike = np.linalg.norm(directions[main].T @ directions[position], 2)
-            if small and alike > ALIKE:
+            mends = small and alike > ALIKE and _may_mend(found.effects[main].instance, instance)
+            if mends or found.effects[main].instance.place == instance.place:
                 group.append(position)
                 break
         else:

@@ -1,20 +1,23 @@
 """Every effect of the model judged: its causes, its share, and what the model loses without it."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool
 from numpy import ndarray as Array
 
-from robocal.diagnosis.causes import itself_or_nothing, name_cause
+from robocal.diagnosis.causes import Naming, itself_or_nothing, name_cause
+from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.diagnosis import NamedEffect
 from robocal.diagnosis.form_corrections import causes_and_forms
 from robocal.diagnosis.gain import blocks_of, gain_of
 from robocal.diagnosis.joint_fit import JointFit
 from robocal.diagnosis.left_out import LeftOut
+from robocal.diagnosis.linearised import Linearised
 from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import chosen_rows, evenly
-from robocal.diagnosis.unlisted import blocks
+from robocal.diagnosis.unlisted import Block, blocks
 from robocal.progress import counted
 
 _MOST_NAMED = 10
@@ -76,7 +79,7 @@ def judge_effects(
         main = found.effects[group[0]]
         less = seen.without(found, group)
         naming = (
-            name_cause(some, found.without(some_fit, *group), beside)
+            _name(some, found, some_fit, group, beside)
             if rank < _MOST_NAMED
             else itself_or_nothing(main.instance, float(evidence[group[0]]))
         )
@@ -91,3 +94,21 @@ def judge_effects(
             )
         )
     return named
+
+
+def _name(
+    rows: Circumstances,
+    found: JointFit,
+    fit: Linearised,
+    group: list[int],
+    beside: Sequence[Block],
+) -> Naming:
+    """Weigh the place of a cause and of what mends its form against the whole catalogue."""
+    main, place = group[0], found.effects[group[0]].instance.place
+    naming = name_cause(rows, found.without(fit, *group), beside)
+    otherwise = [i for i in group if i == main or found.effects[i].instance.place != place]
+    itself = found.effects[main].instance.effect, found.effects[main].instance.joint
+    if len(otherwise) == len(group) or (naming.causes and naming.causes[0].key == itself):
+        return naming
+    # It acts in two forms at once, and neither alone is the best cause: the other one stays.
+    return name_cause(rows, found.without(fit, *otherwise), beside)

@@ -1,0 +1,55 @@
+"""Two hidden causes are told as two: neither lost in the other's form, nor a third one added."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.blind.truth import read_truth
+from tests.blind.verdict import read_verdict
+
+ROOT = Path(__file__).parents[3]
+ROBOT = ROOT / "tests" / "blind" / "robots" / "staubli_tx60_with_masses.yaml"
+
+
+@pytest.fixture
+def diagnose_two(call, tmp_path):
+    """Hide an effect with a companion that the seed draws; give truth and verdict."""
+
+    def diagnose(effect, seed):
+        program = [sys.executable, "-m", "drivers.emulators.dataset", "--robot", str(ROBOT)]
+        places = ["--out", str(tmp_path / "cases"), "--truth", str(tmp_path / "truth")]
+        case = ["--kind", "two", "--effect", effect, "--seed", str(seed)]
+        subprocess.run([*program, *places, *case], cwd=ROOT, check=True)
+        status, _, complaint = call(
+            "diagnose", tmp_path / "cases" / "0000", "--out", tmp_path / "out"
+        )
+        assert (status, complaint) == (0, "")
+        return read_truth(tmp_path / "truth" / "0000.json"), read_verdict(tmp_path / "out")
+
+    return diagnose
+
+
+def names(truth):
+    return {hidden.title for hidden in truth.main}
+
+
+@pytest.mark.parametrize(("effect", "seed"), [("base_step", 155), ("warm_up", 101)])
+def test_what_comes_slowly_is_not_taken_for_the_form_of_a_step(diagnose_two, effect, seed):
+    truth, verdict = diagnose_two(effect, seed)
+    assert "base_step" in names(truth)
+    assert verdict.is_exactly(truth.main), verdict
+
+
+@pytest.mark.parametrize("seed", [38, 91, 94])
+def test_two_forms_of_one_cause_are_told_as_one(diagnose_two, seed):
+    truth, verdict = diagnose_two("warm_up", seed)
+    assert verdict.is_exactly(truth.main), verdict
+    (warm_up,) = (named.cause for named in verdict.named if named.cause.effect == "warm_up")
+    assert warm_up.probability > 0.95
+
+
+def test_an_effect_in_whose_place_nothing_is_the_likelier_is_not_named(diagnose_two):
+    truth, verdict = diagnose_two("warm_up", 180)
+    assert verdict.is_exactly(truth.main), verdict

@@ -23,6 +23,7 @@ from service.base_calibrations.transforms_router import router as base_transform
 from service.campaigns.results_router import router as results_router
 from service.campaigns.router import router as campaigns_router
 from service.campaigns.shared_looks import SharedLooks
+from service.campaigns.stop_flag import lower_all
 from service.cells.router import router as cells_router
 from service.certificate.router import router as certificate_router
 from service.compensation.router import router as compensation_router
@@ -60,6 +61,7 @@ def create_app(settings: Settings) -> FastAPI:
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         database = open_database(settings.database_url, settings.busy_s)
         upgrade_schema(database)
+        lower_all(database)
         app.state.settings = settings
         app.state.database = database
         app.state.queue = open_queue(database, settings.lease_s)

@@ -25,7 +25,8 @@ from service.sound_bundle import read_sound
 class CheckedBundle:
     """An upload that can be analysed."""
 
-    files: dict[str, bytes]
+    archive: bytes
+    """A .zip of the bundle's files alone."""
     bundle: Bundle
 
 
@@ -36,7 +37,7 @@ def checked(upload: IO[bytes], limits: UnpackLimits) -> CheckedBundle:
         folder = Path(name)
         write_files(folder, files)
         try:
-            return CheckedBundle(files, read_sound(folder))
+            return CheckedBundle(zipped(files), read_sound(folder))
         except RobocalError as error:
             raise Unusable(str(error).replace(f"{folder}/", "")) from error
 
@@ -70,7 +71,7 @@ def store(
     )
     session.add(row)
     session.flush()
-    session.add(BundleRow(campaign=row.id, content=zipped(checked_bundle.files)))
+    session.add(BundleRow(campaign=row.id, content=checked_bundle.archive))
     queue.enqueue(session, row.id, cell, JobKind.analyse)
     return Accepted(id=row.id, state=CampaignState.queued)
 

@@ -43,7 +43,7 @@ class WorkersSide:
 
     def stop(self, session: Session, cause: Cause) -> None:
         """Stop as the job was told to."""
-        if cause is Cause.abort:
+        if cause is Cause.abort or self._is_to_be_aborted(session):
             self._end(session, CampaignState.aborted, JobEnd.cancelled, "aborted by a person")
         elif cause is Cause.pause:
             self._leave(session, CampaignState.paused, JobEnd.held, "paused by a person")
@@ -55,7 +55,10 @@ class WorkersSide:
 
     def hold(self, session: Session, reason: str) -> None:
         """Wait for a person whom a device needs; resumed, it goes on at the same pose."""
-        self._leave(session, CampaignState.paused, JobEnd.held, reason)
+        if self._is_to_be_aborted(session):
+            self.stop(session, Cause.abort)
+        else:
+            self._leave(session, CampaignState.paused, JobEnd.held, reason)
 
     def fail(self, session: Session, reason: str) -> None:
         """End a campaign that cannot go on."""
@@ -90,6 +93,10 @@ class WorkersSide:
             return Cause.disarmed
         return None
 
+    def _is_to_be_aborted(self, session: Session) -> bool:
+        # Of all wishes this one is final, whatever else stopped the job first.
+        return self._row(session).wish == Cause.abort
+
     def _row(self, session: Session) -> CampaignRow:
         self.queue.hold_fence(session, self.claim)
         return session.get_one(CampaignRow, self.claim.campaign)
@@ -111,6 +118,8 @@ def pause(session: Session, queue: JobQueue, number: int) -> CampaignRow:
     """Stop the robot for now, as a person wishes."""
     row = find(session, number)
     _require(row, "pause", {CampaignState.queued, CampaignState.running})
+    if row.wish == Cause.abort:
+        raise Conflict(f"Campaign {number} is being aborted; it cannot be paused any more.")
     if queue.is_worked_on(session, number):
         row.wish = Cause.pause
         advance(row)
@@ -133,9 +142,14 @@ def resume(session: Session, queue: JobQueue, number: int, *, skip_pose: bool) -
     return row
 
 
-def abort(session: Session, queue: JobQueue, number: int) -> CampaignRow:
-    """End the campaign; what was measured stays."""
+def abort(session: Session, queue: JobQueue, number: int, *, is_told: bool = False) -> CampaignRow:
+    """End the campaign; what was measured stays.
+
+    Its worker may be told already (`StopFlag`), and have ended it before this transaction's turn.
+    """
     row = find(session, number)
+    if is_told and row.state == CampaignState.aborted:
+        return row
     _require(row, "abort", set(CampaignState) - ENDED)
     if queue.is_worked_on(session, number):
         row.wish = Cause.abort

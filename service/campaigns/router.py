@@ -22,6 +22,7 @@ from service.campaigns.models import (
     Resumption,
 )
 from service.campaigns.shared_looks import SharedLooks
+from service.campaigns.stop_flag import StopFlag
 from service.campaigns.unzip import UnpackLimits
 from service.campaigns.upload import received
 from service.db.models import CampaignRow
@@ -144,7 +145,10 @@ def resume_campaign(
 @router.post("/{campaign}/abort", response_model=Accepted)
 def abort_campaign(campaign: RowNumber, once: OnceDependency, queue: QueueDependency) -> Response:
     """Stop the robot and end the campaign; what was measured stays."""
-    return once.answer(lambda session: _accepted(life.abort(session, queue, campaign)))
+    with StopFlag(once.database, campaign).up() as is_told:
+        return once.answer(
+            lambda session: _accepted(life.abort(session, queue, campaign, is_told=is_told))
+        )
 
 
 @router.get("/{campaign}/events", responses={200: {"content": {_EVENTS: {}}}, 204: {}})

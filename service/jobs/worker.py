@@ -19,6 +19,7 @@ from sqlalchemy.exc import InternalError, OperationalError
 from robocal.errors import BadInput
 from service.campaigns.life import WorkersSide
 from service.campaigns.repeats import RepeatSide
+from service.campaigns.stop_flag import StopFlag
 from service.db.engine import Database, open_database
 from service.db.trouble import trouble_of
 from service.jobs.queue import Claim, JobKind, JobQueue, LeaseLost
@@ -96,7 +97,15 @@ class Worker:
             with self.database.read() as session:
                 return life.wished_stop(session)
 
-        watch = Watch(self.queue, claim, wished_stop, self.shutdown, self.settings.watch_s)
+        watch = Watch(
+            self.queue,
+            claim,
+            wished_stop,
+            self.shutdown,
+            self.settings.watch_s,
+            # A computation that is repeated belongs to a campaign that has ended.
+            (lambda: False) if repeated else StopFlag(self.database, claim.campaign).is_up,
+        )
         with watch:
             try:
                 with self.database.write() as session:

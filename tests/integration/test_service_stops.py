@@ -3,7 +3,10 @@
 import json
 import math
 import re
+import sqlite3
 import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -89,6 +92,34 @@ def test_a_person_stops_the_robot_in_the_middle_of_a_motion(
         told = shared.get(f"/campaigns/{number}/events").text
         angles = json.loads(re.search(r"event: arm\ndata: (.*)", told)[1])["joints"]
         assert np.radians(angles) == pytest.approx(robot["joints"], abs=1e-4)
+
+
+def test_an_abort_stops_the_robot_while_another_writer_holds_the_database(shared, world, cell):
+    number = slow_motion(shared, world, cell)
+    with (
+        closing(sqlite3.connect(shared.database, isolation_level=None)) as writer,
+        ThreadPoolExecutor(1) as aside,
+    ):
+        writer.execute("BEGIN IMMEDIATE")
+        try:
+            answer = aside.submit(shared.post, f"/campaigns/{number}/abort")
+            wait_until(lambda: not moving(world))
+            assert not answer.done()
+        finally:
+            writer.execute("ROLLBACK")
+        assert answer.result().status_code == 200
+    shown = shared.await_state(number, "aborted")
+    assert shown["done"] == 0
+    assert not list(shared.database.parent.glob("*-stop-*"))
+
+
+def test_an_abort_is_final_whatever_is_asked_for_after_it(shared, world, cell):
+    number = slow_motion(shared, world, cell)
+    assert shared.post(f"/campaigns/{number}/abort").status_code == 200
+    refused = shared.post(f"/campaigns/{number}/pause")
+    assert refused.status_code == 409
+    assert "abort" in refused.json()["detail"]
+    assert shared.await_state(number, "aborted", "paused")["state"] == "aborted"
 
 
 def test_a_paused_campaign_goes_on_at_the_next_unmeasured_pose(shared, world, cell):

@@ -107,6 +107,8 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
     ]
     if not found.adequacy.judged:
         lines.append(found.adequacy.sentence)
+    elif found.adequacy.is_too_quiet:
+        lines.append(found.adequacy.quiet_sentence)
     for named in found.effects[:_MOST_LINES]:
         own = (named.fitted.instance.effect, named.fitted.instance.joint)
         others = [cause for cause in named.naming.causes if cause.key != own][:2]

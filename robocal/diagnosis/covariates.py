@@ -42,11 +42,12 @@ def dependences(rows: Circumstances, fit: Linearised) -> list[Dependence]:
         X = X - fit.basis @ (fit.basis.T @ X)
         statistic = float(chi_square(X.T @ X, X.T @ fit.r))
         k = _rank(X)
-        nu = len(fit.r) - fit.basis.shape[1] - k
+        nu = fit.n_measured - fit.basis.shape[1] - k
         if k == 0 or nu <= 0:
             continue
         rest = max(float(fit.r @ fit.r) - statistic, 1e-300)
-        F = (statistic / k) / (rest / nu)
+        # Never less than the declared noise: where that is too large nothing can be told from it.
+        F = (statistic / k) / max(rest / nu, 1.0)
         found.append(Dependence(name, float(betainc(nu / 2, k / 2, nu / (nu + k * F)))))
     found.sort(key=lambda dependence: dependence.p_value)
     strongest = {dependence.covariate: dependence for dependence in reversed(found)}

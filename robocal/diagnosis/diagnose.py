@@ -4,7 +4,7 @@ from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Int
 from numpy import ndarray as Array
 from scipy.special import gammaincc
 
@@ -33,6 +33,7 @@ from robocal.diagnosis.select import Limits, select_effects
 from robocal.diagnosis.step_sweep import STEPS
 from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import chosen_rows, evenly
+from robocal.diagnosis.unseen import Unseen, unseen
 from robocal.formats.bundle import Bundle, RejectedRow
 from robocal.frames import invert
 from robocal.identification.adequacy import judge
@@ -48,6 +49,8 @@ _MOST_OUTLYING = 0.08
 _DOUBTFUL = 0.5
 """Probability of a name below which it has to gain on left-out blocks, and of nothing being there
 above which the effect goes; [1]"""
+_MOST_STEPS = 2
+"""Steps of one kind up to which each is what it seems, such as a nest that slips twice; [1]"""
 _NULL_DRAWS = 200
 _NULL_ROWS = 300
 _MOST_SMALL, _MOST_LARGE = 10, 60
@@ -94,12 +97,15 @@ def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
     limits = Limits(_threshold(rows, geometric), most)
     found = select_effects(solution.problem, solution.fit.cell, rows, limits)
     steps = Steps(rows, fitted, geometric, found)
-    effects = _judge(targets, steps)
+    judged = _judged(targets, solution, steps)
+    effects = judge_effects(targets, fitted, judged, geometric, found)
     doubtful = _doubtful(effects)
     if doubtful:
         steps = _without(doubtful, solution, steps)
-        effects = _judge(targets, steps)
-    return replace(_diagnosis(bundle, targets, solution, steps, effects, provenance), slips=slips)
+        judged = _judged(targets, solution, steps)
+        effects = judge_effects(targets, fitted, judged, geometric, steps.found)
+    said = _diagnosis(bundle, targets, solution, steps, judged, effects, provenance)
+    return replace(said, slips=slips)
 
 
 @dataclass(frozen=True)
@@ -118,11 +124,6 @@ class Steps:
     fitted: Int[Array, "row"]
     geometric: JointFit
     found: JointFit
-
-
-def _judge(targets: Targets, steps: Steps) -> list[NamedEffect]:
-    judged = _judged(targets, steps)
-    return judge_effects(targets, steps.fitted, judged, steps.geometric, steps.found)
 
 
 def _doubtful(effects: list[NamedEffect]) -> set[Instance]:
@@ -147,10 +148,8 @@ def _without(left_out: set[Instance], solution: Solution, steps: Steps) -> Steps
     return replace(steps, found=exchange_effects(solution.problem, steps.rows, again))
 
 
-def _judged(targets: Targets, steps: Steps) -> Bool[Array, "row"]:
-    """Rows that the gain is measured on: those held out, else the fitted ones."""
-    held_out = targets.measured.held_out
-    return held_out if held_out.any() else chosen_rows(steps.fitted, len(held_out))
+def _judged(targets: Targets, solution: Solution, steps: Steps) -> Unseen:
+    return unseen(targets, solution.problem, steps.fitted, steps.geometric, steps.found)
 
 
 def _all_circumstances(bundle: Bundle, ready: Prepared, solution: Solution) -> Circumstances:
@@ -180,18 +179,17 @@ def _diagnosis(
     targets: Targets,
     solution: Solution,
     steps: Steps,
+    judged: Unseen,
     effects: list[NamedEffect],
     provenance: Provenance,
 ) -> Diagnosis:
     rows, geometric, found = steps.rows, steps.geometric, steps.found
     measured = targets.measured
     held_out = measured.held_out
-    judged = _judged(targets, steps)
     before, after = targets.with_all(geometric), targets.with_all(found)
     depends = _once((*_outside(effects), *_dependences(solution, rows, found)))
     fitted = solution.problem.rows
     adequacy = judge(found.chi_square, found.nu, fitted.n_scalars / len(fitted))
-    floor = bundle.instrument.position_std(np.nan_to_num(measured.position[judged]))
     return Diagnosis(
         verdict=_verdict(found, adequate=adequacy.leaves_noise_alone and not depends),
         geometry_adequacy=judge(geometric.chi_square, geometric.nu),
@@ -201,8 +199,8 @@ def _diagnosis(
         unusable=bundle.rejected,
         outliers=_outliers(measured.lines[~held_out], solution),
         depends_on=depends,
-        gain=gain_of(before[judged], after[judged], measured.pose[judged]),
-        noise_floor=float(np.sqrt(3.0 * np.mean(floor**2))),
+        gain=gain_of(judged.by_geometry(), judged.with_all(), judged.pose),
+        noise_floor=targets.some(judged.rows).noise_floor(bundle.instrument),
         next_poses=_next_poses(rows, found, effects),
         residuals=RowResiduals(measured.lines, held_out, before, after),
         calibrated=_calibrated(bundle, found, provenance.judged_by(adequacy), rows.reference),
@@ -214,12 +212,12 @@ def _diagnosis(
 def _dependences(
     solution: Solution, rows: Circumstances, found: JointFit
 ) -> tuple[Dependence, ...]:
-    """What is left depends on; several steps of one kind are no answer but a sign of some drift.
+    """What is left depends on; many steps of one kind are no answer but a sign of some drift.
 
     So the covariates are tried without them.
     """
     steps = Counter((f.instance.effect, f.instance.joint) for f in found.effects)
-    chain = [key for key, count in steps.items() if key[0] in STEPS and count > 1]
+    chain = [key for key, count in steps.items() if key[0] in STEPS and count > _MOST_STEPS]
     if chain:
         rest = tuple(
             f.instance for f in found.effects if (f.instance.effect, f.instance.joint) not in chain

@@ -61,7 +61,7 @@ class JointFit:
     @property
     def nu(self) -> float:
         """Measured scalars less what the fit took out of them."""
-        return len(self.fit.r) - float((self.fit.basis**2).sum())
+        return self.fit.n_measured - float((self.fit.basis**2).sum())
 
     @cached_property
     def scale(self) -> float:

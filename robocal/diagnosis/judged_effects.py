@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool
 from numpy import ndarray as Array
 
 from robocal.diagnosis.causes import Naming, itself_or_nothing, name_cause
@@ -18,6 +17,7 @@ from robocal.diagnosis.linearised import Linearised
 from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import chosen_rows, evenly
 from robocal.diagnosis.unlisted import Block, blocks
+from robocal.diagnosis.unseen import Unseen
 from robocal.progress import counted
 
 _MOST_NAMED = 10
@@ -29,7 +29,7 @@ _MOST_WEIGHED = 2000
 def judge_effects(
     targets: Targets,
     fitted: Array,
-    judged: Bool[Array, "row"],
+    judged: Unseen,
     geometric: JointFit,
     found: JointFit,
 ) -> list[NamedEffect]:
@@ -42,7 +42,7 @@ def judge_effects(
     fitted
         Indices of the rows that the fit is of.
     judged
-        Rows that the gain is measured on.
+        Rows that the gain is measured on, with the models that predict them.
     geometric, found
         The fit without effects, and with them.
     """
@@ -70,14 +70,12 @@ def judge_effects(
     order = np.argsort([-drop for _, drop in without_group]).tolist()
     structure = max((geometric.chi_square - found.chi_square) / found.scale**2, 1e-300)
     evidence = found.evidence_of_effects()
-    seen = targets.some(judged)
-    after = seen.with_all(found)
+    after, judged_pose = judged.with_all(), judged.pose
     beside = blocks(some, some_fit)
     named = []
     for rank, index in enumerate(counted("causes judged", order, len(order))):
         group, (sizes, drop) = groups[index], without_group[index]
         main = found.effects[group[0]]
-        less = seen.without(found, group)
         naming = (
             _name(some, found, some_fit, group, beside)
             if rank < _MOST_NAMED
@@ -88,7 +86,7 @@ def judge_effects(
                 fitted=main,
                 naming=naming,
                 explained_fraction=float(np.clip(drop / structure, 0.0, 1.0)),
-                gain=gain_of(less, after, pose[judged]),
+                gain=gain_of(judged.without(group), after, judged_pose),
                 blocked_gain=gain_of(sizes, full, pose[fitted]),
                 form_corrections=tuple(found.effects[position] for position in group[1:]),
             )

@@ -44,7 +44,7 @@ class LeftOut:
         self._gram = sum((fold.gram for fold in self._folds), np.diag(fit.precision))
 
     def sizes(self) -> Float[Array, "row"]:
-        """Root of the mean square of each row's whitened residual, predicted without its fold."""
+        """Length of each row's whitened residual, predicted without its fold."""
         kept: Bool[Array, "column"] = np.ones(len(self._gram), dtype=bool)
         # At the minimum the whole score is the prior's; without the fold its own part is missing.
         return self._sizes(kept, self._fit.r)

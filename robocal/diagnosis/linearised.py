@@ -56,6 +56,11 @@ class Linearised:
         return int(self.row.max()) + 1
 
     @cached_property
+    def n_measured(self) -> int:
+        """Number of measured scalars; what a row lacks stands there with weight zero."""
+        return int((self.W != 0.0).any(axis=0).sum())
+
+    @cached_property
     def first_scalar(self) -> Int[Array, "row"]:
         """Where each row begins."""
         return np.searchsorted(self.row, np.arange(self.n_rows))

@@ -85,7 +85,8 @@ def _grow(
         groups = screen(rows, fit, fit.r[:, None])
         if room <= 0 or total_evidence(groups)[0] <= limits.threshold:
             break
-        fresh = [i for i in _best(rows, fit, groups)[:room] if i not in refused]
+        had = refused | {fitted.instance for fitted in found.effects}
+        fresh = [i for i in _best(rows, fit, groups)[:room] if i not in had]
         if not fresh:
             break
         instances = (*(fitted.instance for fitted in found.effects), *fresh)

@@ -11,6 +11,7 @@ from robocal.diagnosis.effect import Moves
 from robocal.diagnosis.extended import moves_of, predict_at
 from robocal.diagnosis.joint_fit import JointFit
 from robocal.identification.cell_model import CellModel
+from robocal.instrument import InstrumentNoise
 from robocal.measurements import MeasurementSet
 
 
@@ -21,12 +22,25 @@ class Targets:
     measured: MeasurementSet
     around: Circumstances
 
+    @property
+    def placed(self) -> Bool[Array, "row"]:
+        """Rows with a position or a length."""
+        position = np.isfinite(self.measured.position).all(axis=1)
+        return np.asarray(position | np.isfinite(self.measured.distance))
+
     def some(self, rows: Bool[Array, "row"]) -> "Targets":
         """Some of the rows."""
         return Targets(self.measured.rows(rows), self.around.rows(rows))
 
+    def noise_floor(self, instrument: InstrumentNoise) -> float:
+        """RMS distance that the instrument's noise alone leaves [m]."""
+        spread = 3.0 * instrument.position_std(self.measured.position) ** 2
+        length = instrument.distance_std(self.measured.distance) ** 2
+        each = np.where(np.isnan(spread), length, spread)
+        return float(np.sqrt(np.mean(each))) if len(each) else 0.0
+
     def distances(self, cell: CellModel, moves: Moves) -> Float[Array, "row"]:
-        """Distance from the prediction [m]; zero where there is no position."""
+        """Distance from the prediction, of lengths their error [m]; zero where there is neither."""
         sizes = np.zeros(len(self.measured))
         for place in range(-1, len(cell.place_names)):
             name = "" if place < 0 else cell.place_names[place]
@@ -34,8 +48,12 @@ class Targets:
             if here.any():
                 there = {parameter: values[here] for parameter, values in moves.items()}
                 target = predict_at(cell.at_place(place), self.measured.joints[here], there)
-                miss = self.measured.position[here] - target.p.T
-                sizes[here] = np.nan_to_num(np.linalg.norm(miss, axis=1))
+                miss = np.linalg.norm(self.measured.position[here] - target.p.T, axis=1)
+                if cell.anchor is not None:
+                    length = np.linalg.norm(target.p - cell.anchor[:, None], axis=0)
+                    too_long = np.abs(self.measured.distance[here] - length)
+                    miss = np.where(np.isnan(miss), too_long, miss)
+                sizes[here] = np.nan_to_num(miss)
         return sizes
 
     def with_all(self, found: JointFit) -> Float[Array, "row"]:

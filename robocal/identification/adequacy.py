@@ -41,6 +41,11 @@ class Adequacy:
         return self.reduced_chi_square <= self.high
 
     @property
+    def is_too_quiet(self) -> bool:
+        """Whether less is left than the declared noise."""
+        return self.reduced_chi_square < self.low
+
+    @property
     def sentence(self) -> str:
         """What it means, for people."""
         if not self.judged:
@@ -54,10 +59,15 @@ class Adequacy:
                 f"{value}, above its 99 % band {band}: the model leaves more than the declared "
                 "noise; run robocal diagnose before the parameters are used"
             )
+        return f"{self.quiet_sentence}, and run robocal diagnose"
+
+    @property
+    def quiet_sentence(self) -> str:
+        """What residuals below the band mean, for people."""
         return (
-            f"{value}, below its 99 % band {band}: the declared noise is too large, so the "
-            "stated uncertainties are too; state the noise as the instrument's certificate has it, "
-            "and run robocal diagnose"
+            f"reduced chi-square {self.reduced_chi_square:.3g}, below its 99 % band "
+            f"[{self.low:.3g}, {self.high:.3g}]: the declared noise is too large, so the stated "
+            "uncertainties are too; state the noise as the instrument's certificate has it"
         )
 
     @property

@@ -37,6 +37,9 @@ def diagnose(bundle: BundleFolder, out: OutFolder, *, as_json: AsJson = False) -
         texts[out / NEXT_POSES] = next_poses_text(measured.robot, found.next_poses)
     make_folder(out)
     write_together(texts)
+    if out / NEXT_POSES not in texts:
+        # Of an earlier diagnosis into the same folder.
+        (out / NEXT_POSES).unlink(missing_ok=True)
     if as_json:
         print(json.dumps(document, indent=2))
     else:

@@ -24,7 +24,7 @@ class WarmUp:
 
     name = "warm_up"
     advice = "warm up before work for about three time constants"
-    needs = "t_s"
+    needs = "t_s, and no temperature_degc that varies"
 
     def instances(self, rows: Circumstances) -> list[Instance]:
         """Every place where it could act."""

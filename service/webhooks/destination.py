@@ -14,6 +14,7 @@ import httpx
 
 Address = IPv4Address | IPv6Address
 _SCHEMES = ("http", "https")
+_PORTS = range(1, 65536)
 
 
 class Forbidden(Exception):
@@ -38,10 +39,17 @@ def checked_url(text: str) -> httpx.URL:
         url = httpx.URL(text)
     except httpx.InvalidURL as error:
         raise Forbidden(f"'{text[:80]}' is no URL ({error})") from error
-    if url.scheme not in _SCHEMES or not url.host:
+    if url.scheme not in _SCHEMES or not url.raw_host:
         raise Forbidden("a webhook goes to a http or https URL with a host")
+    if not _can_be_looked_up(url):
+        raise Forbidden(
+            f"the host of '{text[:80]}' is no name that can be looked up; give an address, or a "
+            "name whose parts between the dots have 1 to 63 characters"
+        )
     if url.userinfo or url.fragment:
         raise Forbidden("the URL must hold neither user, password nor fragment")
+    if url.port is not None and url.port not in _PORTS:
+        raise Forbidden(f"port {url.port} does not exist; give one from 1 to {_PORTS[-1]}")
     return url
 
 
@@ -62,7 +70,7 @@ def destination(text: str, networks: tuple[str, ...]) -> Destination:
     """
     url = checked_url(text)
     port = url.port or (443 if url.scheme == "https" else 80)
-    found = socket.getaddrinfo(url.host, port, type=socket.SOCK_STREAM)
+    found = socket.getaddrinfo(url.raw_host.decode("ascii"), port, type=socket.SOCK_STREAM)
     addresses = [ip_address(entry[4][0]) for entry in found]
     refused = [address for address in addresses if not _is_allowed(address, networks)]
     if refused:
@@ -73,6 +81,16 @@ def destination(text: str, networks: tuple[str, ...]) -> Destination:
     return Destination(
         url.copy_with(host=str(addresses[0])), url.netloc.decode("ascii"), url.raw_host.decode()
     )
+
+
+def _can_be_looked_up(url: httpx.URL) -> bool:
+    try:
+        # Spells out an international name, then splits it into the labels of DNS.
+        url.host.encode("idna")
+        url.raw_host.decode("ascii").encode("idna")
+    except UnicodeError:
+        return False
+    return True
 
 
 def _is_allowed(address: Address, networks: tuple[str, ...]) -> bool:

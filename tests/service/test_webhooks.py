@@ -179,10 +179,20 @@ def test_other_urls_are_not_stored(client, cell):
         "http://a.b/#x",
         "javascript:1",
         "http:///x",
+        "http://a..b/",
+        f"http://{'a' * 64}.example/",
+        "http://xn--a.example/",
+        "http://xn--/",
+        "http://a.b:99999/",
     ):
         answer = client.post("webhooks", json={"url": url, "events": ["drift.alarm"]})
         assert answer.status_code == 422
         assert "url" in answer.json()["detail"]
+
+
+def test_a_name_in_other_letters_and_one_that_ends_in_a_dot_are_stored(client, cell):
+    for url in ("https://bücher.example/", "https://xn--bcher-kva.example/", "https://a.example./"):
+        subscribe(client, url, "drift.alarm")
 
 
 def test_only_what_was_subscribed_to_is_sent(client, cell, database):

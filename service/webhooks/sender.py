@@ -60,11 +60,14 @@ class Sender:
         """Send until the shutdown is wanted."""
         while not self.shutdown.is_set():
             try:
-                if not self.send_next():
-                    self.shutdown.wait(self.settings.idle_s)
+                if self.send_next():
+                    continue
             except (OperationalError, InternalError) as error:
                 log.warning("the database does not answer, trying again: %s", error.orig)
-                self.shutdown.wait(self.settings.idle_s)
+            except Exception:
+                # One delivery may not silence the others; it is tried again when its hold is over.
+                log.exception("a delivery was not sent, going on with the next one")
+            self.shutdown.wait(self.settings.idle_s)
 
     def send_next(self) -> bool:
         """Try the delivery that is due longest; whether there was one."""
@@ -133,6 +136,10 @@ class Sender:
             return Outcome(delivered=False, sentence=f"Not sent: {error}.")
         except (httpx.TransportError, OSError) as error:
             return Outcome(delivered=False, sentence=f"No answer ({type(error).__name__}).")
+        except (httpx.InvalidURL, ValueError) as error:
+            # A name or an address that shows only when it is used that it cannot be encoded.
+            sentence = f"Not sent: the URL cannot be used ({type(error).__name__})."
+            return Outcome(delivered=False, sentence=sentence)
 
     def _note(self, taken: Taken, outcome: Outcome) -> None:
         with self.database.write() as session:

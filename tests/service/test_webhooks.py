@@ -195,6 +195,50 @@ def test_a_name_in_other_letters_and_one_that_ends_in_a_dot_are_stored(client, c
         subscribe(client, url, "drift.alarm")
 
 
+def test_a_host_stored_before_it_was_refused_fails_and_the_others_are_served(
+    client, cell, database, settings
+):
+    with receiver(204) as heard:
+        old = subscribe(client, heard.url, "drift.alarm")
+        with database.write() as session:
+            session.connection().exec_driver_sql("UPDATE webhook SET url = 'http://a..b/'")
+        other = subscribe(client, heard.url, "drift.alarm")
+        for hook in (old, other):
+            client.post(f"webhooks/{hook['id']}/test")
+        sending = sender(database, settings, webhook_attempts=1)
+        assert [sending.send_next() for _ in range(3)] == [True, True, False]
+    assert log(client, other["id"])[0]["state"] == "delivered"
+    (entry,) = log(client, old["id"])
+    assert entry["state"] == "failed"
+    assert "no name that can be looked up" in entry["outcome"]
+
+
+NOT_NOTED = """
+CREATE TRIGGER not_noted BEFORE UPDATE OF outcome ON webhook_delivery WHEN new.id = 1
+BEGIN SELECT RAISE(ABORT, 'not noted'); END
+"""
+
+
+def test_a_delivery_that_cannot_be_noted_does_not_silence_the_sender(
+    client, cell, database, settings, caplog
+):
+    with database.write() as session:
+        session.connection().exec_driver_sql(NOT_NOTED)
+    with receiver(204) as heard:
+        hook = subscribe(client, heard.url, "drift.alarm")
+        for _ in range(2):
+            client.post(f"webhooks/{hook['id']}/test")
+        sending = sender(database, settings)
+        thread = threading.Thread(target=sending.run)
+        thread.start()
+        while thread.is_alive() and log(client, hook["id"])[0]["state"] == "pending":
+            threading.Event().wait(0.01)
+        sending.shutdown.set()
+        thread.join()
+    assert [entry["state"] for entry in log(client, hook["id"])] == ["delivered", "pending"]
+    assert "a delivery was not sent" in caplog.text
+
+
 def test_only_what_was_subscribed_to_is_sent(client, cell, database):
     with receiver(204) as heard:
         other = dict(cell, name="c2")

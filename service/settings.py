@@ -85,6 +85,7 @@ class Settings(BaseSettings):
     webhook_networks: tuple[Network, ...] = ()
     """Networks that are not public and yet may receive webhooks: `["10.20.0.0/16"]`."""
     webhook_timeout_s: PositiveFloat = 10.0
+    """Of one attempt, from connecting to the end of the answer's headers [s]."""
     webhook_retry_s: PositiveFloat = 10.0
     """After the first failed attempt; each further one waits twice as long, an hour at most [s]."""
     webhook_attempts: PositiveInt = 12

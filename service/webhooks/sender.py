@@ -4,6 +4,7 @@ At least once: a sender that dies between the receiver's answer and its own note
 the same `Robocal-Delivery`. Nothing of the receiver's answer but its status is kept.
 """
 
+import asyncio
 import logging
 import time
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from service.clock import utc_now
 from service.db.engine import Database
 from service.db.webhook_tables import DeliveryRow, WebhookRow
 from service.settings import Settings
-from service.webhooks.destination import Forbidden, destination
+from service.webhooks.destination import Destination, Forbidden, destination
 from service.webhooks.models import DeliveryState
 from service.webhooks.signature import SIGNATURE, TIMESTAMP, sign
 
@@ -107,33 +108,14 @@ class Sender:
             )
 
     def _attempt(self, taken: Taken) -> Outcome:
-        timestamp = str(int(time.time()))
+        timeout_s = self.settings.webhook_timeout_s
         try:
             where = destination(taken.url, self.settings.webhook_networks)
-            headers = {
-                "Host": where.host,
-                "Content-Type": "application/json",
-                "User-Agent": "robocal",
-                "Robocal-Event": taken.event,
-                "Robocal-Delivery": str(taken.id),
-                TIMESTAMP: timestamp,
-                SIGNATURE: sign(taken.secret, timestamp, taken.body),
-            }
-            # A stream, because the body of an answer may be endless, and nobody reads it.
-            with (
-                httpx.Client(timeout=self.settings.webhook_timeout_s, trust_env=False) as client,
-                client.stream(
-                    "POST",
-                    where.url,
-                    content=taken.body,
-                    headers=headers,
-                    follow_redirects=False,
-                    extensions={"sni_hostname": where.name},
-                ) as answer,
-            ):
-                return _judged(answer)
+            return asyncio.run(_sent(taken, where, timeout_s))
         except Forbidden as error:
             return Outcome(delivered=False, sentence=f"Not sent: {error}.")
+        except TimeoutError:
+            return Outcome(delivered=False, sentence=f"No answer within {timeout_s:g} s.")
         except (httpx.TransportError, OSError) as error:
             return Outcome(delivered=False, sentence=f"No answer ({type(error).__name__}).")
         except (httpx.InvalidURL, ValueError) as error:
@@ -153,6 +135,35 @@ class Sender:
             else:
                 wait = self.settings.webhook_retry_s * 2.0 ** (taken.attempt - 1)
                 row.due = time.time() + min(wait, _LONGEST_WAIT_S)
+
+
+async def _sent(taken: Taken, where: Destination, timeout_s: float) -> Outcome:
+    """Send and hear the status; raises `TimeoutError` when all that took longer."""
+    timestamp = str(int(time.time()))
+    headers = {
+        "Host": where.host,
+        "Content-Type": "application/json",
+        "User-Agent": "robocal",
+        "Robocal-Event": taken.event,
+        "Robocal-Delivery": str(taken.id),
+        TIMESTAMP: timestamp,
+        SIGNATURE: sign(taken.secret, timestamp, taken.body),
+    }
+    # One deadline over everything: httpx's own begin anew with every byte that comes. And a stream,
+    # because the body of an answer may be endless, and nobody reads it.
+    async with (
+        asyncio.timeout(timeout_s),
+        httpx.AsyncClient(timeout=None, trust_env=False) as client,
+        client.stream(
+            "POST",
+            where.url,
+            content=taken.body,
+            headers=headers,
+            follow_redirects=False,
+            extensions={"sni_hostname": where.name},
+        ) as answer,
+    ):
+        return _judged(answer)
 
 
 def _judged(answer: httpx.Response) -> Outcome:

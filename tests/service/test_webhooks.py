@@ -11,7 +11,7 @@ import pytest
 from service.settings import Settings
 from service.webhooks.destination import Forbidden, destination
 from service.webhooks.sender import Sender
-from tests.service.webhook_receiver import receiver
+from tests.service.webhook_receiver import dripping_receiver, receiver
 
 LOCAL = ("127.0.0.0/8",)
 CAMPAIGN = {"cell": "c1", "kind": "calibrate", "poses": 8}
@@ -123,6 +123,18 @@ def test_a_receiver_that_is_not_there_yet_gets_it_later(client, cell, database, 
     assert sender(database, settings).send_next()
     (entry,) = log(client, hook["id"])
     assert (entry["state"], entry["outcome"]) == ("pending", "No answer (ConnectError).")
+
+
+def test_a_receiver_that_drips_its_answer_has_one_time_for_all_of_it(
+    client, cell, database, settings
+):
+    with dripping_receiver() as dripping:
+        hook = subscribe(client, dripping.url, "drift.alarm")
+        client.post(f"webhooks/{hook['id']}/test")
+        assert sender(database, settings, webhook_timeout_s=0.5).send_next()
+        assert dripping.left.wait(10.0)
+    (entry,) = log(client, hook["id"])
+    assert (entry["state"], entry["outcome"]) == ("pending", "No answer within 0.5 s.")
 
 
 def test_redirects_are_not_followed(client, cell, database, settings):

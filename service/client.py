@@ -153,10 +153,13 @@ class Client:
                     raise
             time.sleep(_BETWEEN_S)
 
-    def certificate(self, number: int, written: Literal["html", "pdf"] = "pdf") -> bytes:
-        """Return the certificate of a calibration, the same byte for byte every time."""
-        answer = self._send("GET", f"/campaigns/{number}/certificate", params={"format": written})
-        return answer.content
+    def certificate(
+        self, number: int, written: Literal["html", "pdf"] = "pdf", version: int | None = None
+    ) -> bytes:
+        """Return the certificate of a campaign's version, by default of the one furthest on."""
+        query: dict[str, str | int] = {"format": written}
+        query |= {} if version is None else {"version": version}
+        return self._send("GET", f"/campaigns/{number}/certificate", params=query).content
 
     def release(self, cell: str, version: int, reason: str = "") -> Parameters:
         """Let the MES use a version."""

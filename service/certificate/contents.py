@@ -5,12 +5,12 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-import yaml
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from service.campaigns import life, results
+from service.campaigns import life
 from service.campaigns.results import ResultKind
+from service.certificate.subject import Subject, subject
 from service.db.models import (
     BundleRow,
     CampaignRow,
@@ -19,17 +19,9 @@ from service.db.models import (
     ReadingRow,
     ResultRow,
 )
-from service.errors import Conflict
-from service.parameters.models import ParametersState
 
 Json = dict[str, Any]
 
-_FURTHEST = (
-    ParametersState.candidate,
-    ParametersState.verified,
-    ParametersState.superseded,
-    ParametersState.released,
-)
 COVERAGE = 2.0
 """Factor k of the expanded uncertainties, about 95 %; [1]"""
 
@@ -87,10 +79,13 @@ class Contents:
     instruments: tuple[Instrument, ...]
     environment: Environment
     campaign: CampaignRow
-    identification: Json
+    fit: Json | None
+    """The identification; None for parameters that a diagnosis gave."""
+    effects: tuple[Json, ...]
+    """Those in the model, as it names them."""
+    residuals: Json
     parameters: tuple[Parameter, ...]
     software_version: str
-    settings: Json
     verification: Json | None
     verified_by: int | None
     uncertainty: Json
@@ -98,41 +93,37 @@ class Contents:
     hashes: tuple[Hashed, ...]
 
 
-def contents(session: Session, number: int) -> Contents:
-    """What the certificate of a calibration states; raises `NotFound`, `Conflict`."""
+def contents(session: Session, number: int, version: int | None = None) -> Contents:
+    """What the certificate of a calibration states; raises `NotFound`, `Conflict`.
+
+    Of the version asked for, else of the one that came furthest, and of no other.
+    """
     campaign = life.find(session, number)
-    found = results.newest(session, number, ResultKind.identification)
-    uncertainty = results.newest(session, number, ResultKind.uncertainty)
-    parameters = _parameters(session, number)
-    verification = None if parameters is None else _verification(session, parameters)
-    diagnosis = _newest(session, number, "diagnosis")
-    parts = [row for row in (found, uncertainty, verification, diagnosis) if row is not None]
-    hashes = _hashes(found, parts)
+    about = subject(session, number, version)
+    row = about.row
+    verification = None if row is None else _verification(session, row)
+    diagnosis = _diagnosis(session, about.result)
+    parts = [part for part in (about.result, verification, diagnosis) if part is not None]
     return Contents(
-        issued=max([row.created for row in parts] + _steps(session, parameters)),
+        issued=max([part.created for part in parts] + _steps(session, row)),
         cell=campaign.cell or "none (imported)",
-        robot=_robot_name(found),
-        version=None if parameters is None else parameters.version,
-        state="not stored for a cell" if parameters is None else parameters.state,
+        robot=str(about.model["robot"]["name"]),
+        version=None if row is None else row.version,
+        state="not stored for a cell" if row is None else row.state,
         instruments=_instruments(campaign.cell_document or {}),
         environment=_environment(session, campaign),
         campaign=campaign,
-        identification=found.document,
-        parameters=tuple(_parameter(entry) for entry in found.document["parameters"]),
-        software_version=found.software_version,
-        settings=found.settings,
+        fit=about.fit,
+        effects=tuple(about.model.get("effects", ())),
+        residuals=about.residuals,
+        parameters=tuple(_parameter(entry) for entry in about.parameters),
+        software_version=about.result.software_version,
         verification=None if verification is None else verification.document,
         verified_by=None if verification is None else verification.campaign,
-        uncertainty=uncertainty.document,
+        uncertainty=about.uncertainty,
         diagnosis=None if diagnosis is None else diagnosis.document,
-        hashes=hashes,
+        hashes=_hashes(about, verification, diagnosis),
     )
-
-
-def _parameters(session: Session, campaign: int) -> ParametersRow | None:
-    """The version that the certificate is about: the one that came furthest, then the newest."""
-    rows = session.scalars(select(ParametersRow).where(ParametersRow.campaign == campaign))
-    return max(rows, key=lambda row: (_FURTHEST.index(row.state), row.version), default=None)
 
 
 def _verification(session: Session, parameters: ParametersRow) -> ResultRow | None:
@@ -161,19 +152,20 @@ def _steps(session: Session, parameters: ParametersRow | None) -> list[str]:
     return list(session.scalars(select(ParametersEventRow.at).where(*of_version)))
 
 
-def _newest(session: Session, campaign: int, kind: str) -> ResultRow | None:
+def _diagnosis(session: Session, result: ResultRow) -> ResultRow | None:
+    """The diagnosis that gave the parameters, else the newest one of the same readings."""
+    if result.kind == ResultKind.diagnosis:
+        return result
     return session.scalars(
         select(ResultRow)
-        .where(ResultRow.campaign == campaign, ResultRow.kind == kind)
+        .where(
+            ResultRow.campaign == result.campaign,
+            ResultRow.kind == ResultKind.diagnosis,
+            ResultRow.bundle_sha256 == result.bundle_sha256,
+        )
         .order_by(ResultRow.id.desc())
         .limit(1)
     ).first()
-
-
-def _robot_name(found: ResultRow) -> str:
-    if found.model_yaml is None:
-        raise Conflict("The identification has no model; identify again.")
-    return str(yaml.safe_load(found.model_yaml)["robot"]["name"])
 
 
 def _parameter(entry: Json) -> Parameter:
@@ -227,10 +219,21 @@ def _environment(session: Session, campaign: CampaignRow) -> Environment:
     return Environment(count, first or "", last or "", range_degc)
 
 
-def _hashes(found: ResultRow, parts: list[ResultRow]) -> tuple[Hashed, ...]:
-    model = hashlib.sha256((found.model_yaml or "").encode()).hexdigest()
-    hashes = [Hashed("readings (bundle)", found.bundle_sha256), Hashed("model.yaml", model)]
-    for row in parts:
-        text = json.dumps(row.document, sort_keys=True, separators=(",", ":"))
-        hashes.append(Hashed(f"{row.kind}.json", hashlib.sha256(text.encode()).hexdigest()))
+def _hashes(
+    about: Subject, verification: ResultRow | None, diagnosis: ResultRow | None
+) -> tuple[Hashed, ...]:
+    result = about.result
+    model = hashlib.sha256((result.model_yaml or "").encode()).hexdigest()
+    documents = [
+        (ResultKind.identification, about.fit),
+        (ResultKind.uncertainty, about.uncertainty),
+    ]
+    documents += [
+        (ResultKind(row.kind), row.document) for row in (verification, diagnosis) if row is not None
+    ]
+    hashes = [Hashed("readings (bundle)", result.bundle_sha256), Hashed("model.yaml", model)]
+    for kind, document in documents:
+        if document is not None:
+            text = json.dumps(document, sort_keys=True, separators=(",", ":"))
+            hashes.append(Hashed(f"{kind}.json", hashlib.sha256(text.encode()).hexdigest()))
     return tuple(hashes)

@@ -29,12 +29,16 @@ class CertificateFormat(StrEnum):
 def get_certificate(
     campaign: RowNumber,
     database: DatabaseDependency,
+    version: Annotated[
+        RowNumber | None,
+        Query(description="of this campaign's parameters; else the one that came furthest"),
+    ] = None,
     wanted: Annotated[CertificateFormat | None, Query(alias="format")] = None,
     accept: Annotated[str, Header()] = "*/*",
 ) -> Response:
-    """Return the certificate: HTML, or PDF by Accept or `?format=pdf`."""
+    """Return the certificate of a version: HTML, or PDF by Accept or `?format=pdf`."""
     with database.read() as session:
-        made = certificate(contents(session, campaign))
+        made = certificate(contents(session, campaign, version))
         if wanted is CertificateFormat.pdf or (wanted is None and _PDF in accept):
             name = f"certificate-{made.number}.pdf"
             return Response(

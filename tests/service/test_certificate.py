@@ -6,49 +6,15 @@ import subprocess
 import sys
 
 import pytest
-import yaml
 
+from service.clock import utc_now
 from service.db.models import CampaignRow, ParametersRow, ResultRow
 from service.parameters import life, store
 from service.parameters.models import Origin
 from tests.robocal.formats.calibrated_arms import calibrated_arm
+from tests.service.certified_campaign import CELL, FIGURES, identify_again
 from tests.service.released_arm import WHY, content_of
 
-CELL = {
-    "name": "c1",
-    "robot": {"model": "ur10e", "driver": "mock", "address": "127.0.0.1:9"},
-    "tracker": {
-        "driver": "mock",
-        "address": "127.0.0.1:9",
-        "calibration": {
-            "certificate": "DKD-4711",
-            "date": "2026-03-01",
-            "laboratory": "<PTB> & Co",
-        },
-    },
-}
-FIGURES = {"position_rms_mm": 0.0267, "position_mean_mm": 0.0246, "position_max_mm": 0.0401}
-IDENTIFICATION = {
-    "parameters": [
-        {
-            "name": "theta_2",
-            "unit": "deg",
-            "nominal": -90,
-            "identified": -89.97,
-            "std": 0.0004,
-            "status": "identified",
-        },
-        {"name": "d_3", "unit": "mm", "nominal": 0, "identified": 0, "std": 0, "status": "fixed"},
-    ],
-    "rank": 27,
-    "condition": 41.2,
-    "strategy": "simultaneous",
-    "residuals": {
-        "before": {**FIGURES, "position_rms_mm": 1.8579},
-        "fit": FIGURES,
-        "held_out": FIGURES,
-    },
-}
 VERIFICATION = {
     "before": FIGURES, "after": FIGURES, "passed": True, "reasons": [],
     "criterion": {"pose_accuracy_mean_mm": 0.25, "pose_accuracy_max_mm": 0.5, "poses": 5},
@@ -74,23 +40,14 @@ def certified(client, database):
     assert client.post("cells", json=CELL).status_code == 201
     client.post("cells/c1/arm")
     client.post("campaigns", json={"cell": "c1", "kind": "calibrate", "poses": 8})
-    content = content_of(calibrated_arm("ur10e"))
-    with database.write() as session:
-        store.add_candidate(session, "c1", 1, content)
+    identify_again(database)
     client.post("campaigns", json={"cell": "c1", "kind": "verify", "poses": 8})
-
-    def result(campaign, kind, document, model=None):
-        return ResultRow(
-            campaign=campaign, kind=kind, document=document, model_yaml=model,
-            bundle_sha256="ab" * 32, software_version="0.1.0", settings={},
-            created=f"2026-11-22T07:0{campaign}:00.000+00:00",
-        )  # fmt: skip
-
+    verification = ResultRow(
+        campaign=2, kind="verification", document=VERIFICATION, bundle_sha256="cd" * 32,
+        software_version="0.1.0", settings={}, created=utc_now(),
+    )  # fmt: skip
     with database.write() as session:
-        model = yaml.safe_dump(content.model, sort_keys=False)
-        session.add(result(1, "identification", IDENTIFICATION, model))
-        session.add(result(1, "uncertainty", {"tool_position": {"U95_mean_mm": 0.0213}}))
-        session.add(result(2, "verification", VERIFICATION))
+        session.add(verification)
         assert session.get_one(CampaignRow, 2).parameters_version == 1
         life.note_verification(session, session.get_one(ParametersRow, ("c1", 1)), 2, Origin(), [])
 

@@ -84,10 +84,12 @@ def test_calibrations_can_be_compared_however_many_checks_came_after(site, clien
     assert set(offered) == {"1"}
 
 
-def test_a_version_leads_to_its_certificate(site, versions):
+def test_each_version_leads_to_its_own_certificate(site, versions):
     found = Elements(site.get("/cells/c1").text).found
     links = [attributes["href"] for tag, attributes, _ in found if tag == "a"]
-    assert links.count("/api/v1/campaigns/1/certificate") == 2
+    certificates = [link for link in links if "certificate" in link]
+    path = "/api/v1/campaigns/1/certificate"
+    assert certificates == [f"{path}?version=2", f"{path}?version=1"]
 
 
 def actions(page: str) -> dict[str, str]:

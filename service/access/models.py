@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field, SecretStr, StringConstraints
 from service.access.caller import CallerKind
 from service.access.scopes import Scope
 from service.cells.models import Strict
+from service.plain_text import PlainText
 
 _PERSON_NAME = r"^[a-z0-9][a-z0-9_.-]{0,62}$"
 _KEY_NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}$"
@@ -33,7 +34,7 @@ def is_key_name(name: str) -> bool:
 class LogIn(Strict):
     """Name and password."""
 
-    name: Annotated[str, Field(min_length=1, max_length=63)]
+    name: Annotated[PlainText, Field(min_length=1, max_length=63)]
     password: Password
 
 

@@ -4,6 +4,7 @@ from enum import StrEnum
 from typing import Annotated, Any, Self
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     Field,
     FiniteFloat,
@@ -14,12 +15,17 @@ from pydantic import (
 )
 
 from service.cells.models import CellName, RobotSettings, Strict, Word
+from service.plain_text import plain
 
 Millimetres = Annotated[float, Field(ge=-1e5, le=1e5)]
 Degrees = Annotated[float, Field(ge=-360, le=360)]
 Range = Annotated[tuple[Millimetres, Millimetres], Field(description="lower and upper end")]
 AngleRange = Annotated[tuple[Degrees, Degrees], Field(description="lower and upper end")]
-Reason = Annotated[str, StringConstraints(min_length=1, max_length=300, strip_whitespace=True)]
+Reason = Annotated[
+    str,
+    StringConstraints(min_length=1, max_length=300, strip_whitespace=True),
+    AfterValidator(plain),
+]
 
 
 class Role(StrEnum):

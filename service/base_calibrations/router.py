@@ -4,6 +4,7 @@ from http import HTTPStatus
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Request, Response
+from pydantic import AfterValidator
 
 from service.base_calibrations import assessment, finish, store, touching, transforms
 from service.base_calibrations.live import LiveStages
@@ -19,6 +20,7 @@ from service.base_calibrations.models import (
 )
 from service.base_calibrations.stage_files import zipped
 from service.dependencies import DatabaseDependency, OnceDependency, PersonDependency, RowNumber
+from service.plain_text import all_plain
 
 router = APIRouter(prefix="/base-calibrations", tags=["base calibrations"])
 
@@ -33,7 +35,9 @@ StagesDependency = Annotated[LiveStages, Depends(_stages)]
 
 @router.post("", status_code=HTTPStatus.CREATED, response_model=BaseCalibration)
 def create_base_calibration(
-    wanted: NewBaseCalibration, once: OnceDependency, database: DatabaseDependency
+    wanted: Annotated[NewBaseCalibration, AfterValidator(all_plain)],
+    once: OnceDependency,
+    database: DatabaseDependency,
 ) -> Response:
     """Start a base calibration; nothing is read or driven yet."""
     return once.answer(

@@ -4,17 +4,21 @@ from http import HTTPStatus
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
+from pydantic import AfterValidator
 
 from service.cells import store
 from service.cells.check import check
 from service.cells.models import Cell, CellChange, CellCheck, Cells, NewCell
 from service.dependencies import DatabaseDependency, OnceDependency, PageSize
+from service.plain_text import all_plain
 
 router = APIRouter(prefix="/cells", tags=["cells"])
 
 
 @router.post("", status_code=HTTPStatus.CREATED, response_model=Cell)
-def create_cell(wanted: NewCell, once: OnceDependency) -> Response:
+def create_cell(
+    wanted: Annotated[NewCell, AfterValidator(all_plain)], once: OnceDependency
+) -> Response:
     """Create a cell."""
     return once.answer(lambda session: store.create(session, wanted), HTTPStatus.CREATED)
 
@@ -38,7 +42,9 @@ def get_cell(cell: str, database: DatabaseDependency) -> Cell:
 
 
 @router.patch("/{cell}", response_model=Cell)
-def change_cell(cell: str, wanted: CellChange, once: OnceDependency) -> Response:
+def change_cell(
+    cell: str, wanted: Annotated[CellChange, AfterValidator(all_plain)], once: OnceDependency
+) -> Response:
     """Replace addresses, limits or instruments while no campaign is open; disarms the cell."""
     return once.answer(lambda session: store.change(session, cell, wanted))
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, Field
 
 from service.cells.models import Strict
+from service.plain_text import PlainText
 
 
 class ParametersState(StrEnum):
@@ -121,6 +122,6 @@ class History(BaseModel):
 class Decision(Strict):
     """Why a person releases or rolls back."""
 
-    reason: Annotated[str, Field(max_length=1000)] = ""
+    reason: Annotated[PlainText, Field(max_length=1000)] = ""
     """Required for what somebody has to answer for: a version that no verification has passed, a
     base calibration that leaves directions open or holds a fault that stays."""

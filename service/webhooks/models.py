@@ -6,6 +6,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, Field
 
 from service.cells.models import CellName, Strict
+from service.plain_text import PlainText
 
 
 class WebhookEvent(StrEnum):
@@ -33,7 +34,7 @@ class DeliveryState(StrEnum):
 class NewWebhook(Strict):
     """A subscription."""
 
-    url: Annotated[str, Field(min_length=8, max_length=2000)]
+    url: Annotated[PlainText, Field(min_length=8, max_length=2000)]
     """http or https, without user and password."""
     events: Annotated[list[WebhookEvent], Field(min_length=1)]
     cell: CellName | None = None

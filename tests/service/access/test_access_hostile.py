@@ -3,9 +3,11 @@
 import io
 import zipfile
 from html import unescape
+from urllib.parse import quote
 
 import pytest
 
+from service.db.models import CellRow
 from service.settings import Settings
 
 HOSTILE = [
@@ -17,12 +19,18 @@ HOSTILE = [
     "{% include 'base.html' %}",
     "<script>alert(1)</script>",
     "${jndi:ldap://x}",
+]
+UNSEEN = [
     "a\r\nSet-Cookie: x=1",
     "\u202eevil",
+    "\u2066a\u2069",
+    "a\x00",
+    "a\x9b31m",
 ]
+"""What hides a text, or breaks out of its line."""
 
 
-@pytest.mark.parametrize("name", HOSTILE)
+@pytest.mark.parametrize("name", HOSTILE + UNSEEN)
 def test_a_hostile_name_is_refused_where_names_have_a_form(client, cell, name):
     described = cell | {"name": name}
     for path, body in (
@@ -46,12 +54,48 @@ def test_a_hostile_text_is_shown_as_the_text_it_is(client, site, cell, text):
     assert "set-cookie" not in site.get("/parts/cells/c2").headers
 
 
-@pytest.mark.parametrize("text", HOSTILE)
-def test_a_hostile_address_leads_nowhere(client, nobody, text):
+@pytest.mark.parametrize("text", UNSEEN)
+def test_a_text_in_which_something_works_unseen_is_refused(client, nobody, cell, text):
+    robot, tracker = cell["robot"] | {"address": text}, cell["tracker"]
+    reference = {"certificate": "1", "date": "2026-03-01", "laboratory": text}
+    for answer in (
+        client.post("cells", json=cell | {"name": "c2", "robot": robot}),
+        client.patch("cells/c1", json={"tracker": tracker | {"calibration": reference}}),
+        client.post("cells/c1/parameters/1/release", json={"reason": text}),
+        client.post("base-transforms/pair/1/rollback", json={"reason": text}),
+        client.post("base-calibrations/1/touches/1/void", json={"reason": f"x{text}x"}),
+        client.post("webhooks", json={"url": f"http://a/{text}", "events": ["drift.alarm"]}),
+        nobody.post("login", json={"name": text, "password": "x"}),
+    ):
+        assert answer.status_code == 422
+        assert "neither control nor direction characters" in answer.json()["detail"]
+
+
+def test_words_of_any_language_are_texts(client, cell):
+    for text in ("减速器已更换", "بعد تغيير ناقل الحركة", "nach Getriebetausch – geprüft", "👩‍🔧"):
+        answer = client.post("cells/c1/parameters/1/release", json={"reason": text})
+        assert answer.status_code == 404
+
+
+def test_a_cell_stored_before_its_texts_were_judged_is_still_shown(client, cell, database):
+    with database.write() as session:
+        session.get_one(CellRow, "c1").document = cell | {
+            "robot": cell["robot"] | {"address": "a\u202eb"}
+        }
+    assert client.get("cells").json()["cells"][0]["robot"]["address"] == "a\u202eb"
+
+
+@pytest.mark.parametrize("text", HOSTILE + UNSEEN)
+def test_a_hostile_address_leads_nowhere(client, text):
+    text = quote(text, safe="/")
     for path in (f"cells/{text}", f"cells/{text}/parameters", "cells/%2e%2e%2f%2e%2e%2fetc"):
-        answer = client.get(path.replace("\r\n", "%0d%0a").replace("?", "%3f").replace("#", "%23"))
+        answer = client.get(path)
         assert answer.status_code in {404, 405, 422}
         assert "root:" not in answer.text
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_who_logs_in_by_a_hostile_name_is_written_down(client, nobody, text):
     login = {"name": text[:60], "password": "x"}
     assert nobody.post("login", json=login).status_code == 401
     assert text[:20] in "".join(line["who"] for line in client.get("audit").json()["lines"])

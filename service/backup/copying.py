@@ -6,14 +6,16 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from sqlalchemy import update
+from alembic.util import CommandError
+from sqlalchemy import text, update
+from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from robocal.errors import BadInput
-from service.backup.rows import CopiedTable, copy_rows, is_empty
+from service.backup.rows import CopiedTable, copy_rows, is_empty, summary, tables
 from service.db.engine import Database, open_database, sqlite_file
 from service.db.models import JobRow
-from service.db.upgrade import is_up_to_date, upgrade_schema
+from service.db.upgrade import is_up_to_date, schema_revision, upgrade_schema
 from service.jobs.procrastinate_queue import ProcrastinateQueue
 
 
@@ -28,7 +30,19 @@ def copy_database(source: Database, target: Database, lease_s: float) -> list[Co
         If the target holds something, or a database is of another version of robocal.
     """
     upgrade_schema(target)
-    with snapshot(source) as still, still.read() as sent, target.write() as received:
+    with snapshot(source) as still:
+        return copy_still(still, target, lease_s)
+
+
+def copy_still(still: Database, target: Database, lease_s: float) -> list[CopiedTable]:
+    """Copy a database that nobody changes into an empty one; both are of this version.
+
+    Raises
+    ------
+    BadInput
+        If the target holds something.
+    """
+    with still.read() as sent, target.write() as received:
         if not is_empty(received):
             raise BadInput(
                 shown(target), "there is something in this database; copy into an empty one"
@@ -50,6 +64,19 @@ def snapshot(database: Database) -> Iterator[Database]:
             )
         yield database
         return
+    with file_snapshot(file) as still:
+        yield still
+
+
+@contextmanager
+def file_snapshot(file: Path) -> Iterator[Database]:
+    """Return a copy of an SQLite file that was read to its end, of this version of robocal.
+
+    Raises
+    ------
+    BadInput
+        If the file is not whole, or holds no database that this version can bring up.
+    """
     if not file.is_file():
         raise BadInput(str(file), "there is no such file")
     with tempfile.TemporaryDirectory(prefix="robocal-") as folder:
@@ -57,7 +84,7 @@ def snapshot(database: Database) -> Iterator[Database]:
         copy_file(file, copy)
         opened = open_database(f"sqlite:///{copy}")
         try:
-            upgrade_schema(opened)
+            _bring_up(opened, file)
             yield opened
         finally:
             opened.close()
@@ -78,6 +105,32 @@ def copy_file(file: Path, copy: Path) -> None:
 def shown(database: Database) -> str:
     """Address of a database, without its password."""
     return database.engine.url.render_as_string(hide_password=True)
+
+
+def _bring_up(copy: Database, file: Path) -> None:
+    """Bring a file's copy to this version and read every row; raises `BadInput` for the file."""
+    try:
+        if schema_revision(copy.engine) is None:
+            raise BadInput(str(file), "it holds no database of robocal; name another file")
+        upgrade_schema(copy)
+        with copy.read() as session:
+            for table in tables():
+                summary(session, table)
+            orphan = session.execute(text("PRAGMA foreign_key_check")).first()
+    except CommandError as fault:
+        raise BadInput(
+            str(file), f"it is of another version of robocal ({fault}); use that version"
+        ) from None
+    except (SQLAlchemyError, ValueError) as fault:
+        raise BadInput(
+            str(file), f"not all of it can be read ({fault}); take an older copy"
+        ) from None
+    if orphan is not None:
+        raise BadInput(
+            str(file),
+            f"the database is damaged (row {orphan[1]} of table '{orphan[0]}' misses one of "
+            f"table '{orphan[2]}'); take an older copy",
+        )
 
 
 def _free_jobs(session: Session, target: Database, lease_s: float) -> None:

@@ -1,13 +1,18 @@
 """Backups: always one SQLite file, whatever the database is, so that either kind can restore it."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 
+from alembic.util import CommandError
+from sqlalchemy.exc import DBAPIError
+
 from robocal.errors import BadInput
-from service.backup.copying import copy_database, copy_file, shown
+from service.backup.copying import copy_database, copy_file, copy_still, file_snapshot, shown
 from service.backup.rows import CopiedTable, is_empty, summary, tables
-from service.db.engine import Database, open_database, sqlite_file
+from service.db.engine import Database, database_folder, open_database, sqlite_file
 from service.db.upgrade import empty_schema, upgrade_schema
 from service.jobs.queues import open_queue
 
@@ -50,34 +55,55 @@ def restore(
 ) -> tuple[list[CopiedTable], Path | None]:
     """Bring a backup into the database; what it holds is backed up first, and its file named.
 
+    The backup is read to its end before anything is touched. What was there goes beside the
+    database's file; for a database without one, beside the backup.
+
     Raises
     ------
     BadInput
-        If the database holds something and may not be replaced, or workers are at work on it.
+        If the backup cannot be restored, the database holds something and may not be replaced, or
+        workers are at work on it.
     """
-    upgrade_schema(database)
-    with database.read() as session:
-        holds_something = not is_empty(session)
-        live = open_queue(database, lease_s).live_workers(session)
-    if live:
-        raise BadInput(
-            shown(database), f"{live} workers are at work on it; stop them before a restore"
-        )
-    before = None
-    if holds_something:
+    with file_snapshot(file) as still:
+        upgrade_schema(database)
+        if not _holds_something(database, lease_s):
+            return copy_still(still, database, lease_s), None
         if not replace:
             raise BadInput(
                 shown(database), "there is something in this database; say --replace to replace it"
             )
         now = datetime.now(UTC).strftime("%Y%m%d-%H%M%S-%f")
-        before = file.with_name(f"before-restore-{now}.sqlite3")
+        folder = database_folder(database) or file.absolute().parent
+        before = folder / f"before-restore-{now}.sqlite3"
         back_up(database, before, lease_s)
-        empty_schema(database)
-    source = open_database(f"sqlite:///{file}")
+        with _naming(before, database):
+            empty_schema(database)
+            return copy_still(still, database, lease_s), before
+
+
+def _holds_something(database: Database, lease_s: float) -> bool:
+    """Whether there is something to be replaced; raises `BadInput` where workers are at work."""
+    with database.read() as session:
+        live = open_queue(database, lease_s).live_workers(session)
+        if live:
+            raise BadInput(
+                shown(database), f"{live} workers are at work on it; stop them before a restore"
+            )
+        return not is_empty(session)
+
+
+@contextmanager
+def _naming(before: Path, database: Database) -> Iterator[None]:
+    """Let every failure say where that lies which is perhaps no longer in the database."""
     try:
-        return copy_database(source, database, lease_s), before
-    finally:
-        source.close()
+        yield
+    except (BadInput, CommandError, DBAPIError, OSError, KeyboardInterrupt) as fault:
+        cause = fault.orig if isinstance(fault, DBAPIError) else fault
+        raise BadInput(
+            shown(database),
+            f"the restore was broken off ({str(cause) or 'stopped'}); what was there before is in "
+            f"{before}, from which `robocal restore {before} --replace` brings it back",
+        ) from fault
 
 
 def _leave_write_ahead(database: Database) -> None:

@@ -18,6 +18,7 @@ from service.jobs.watch import Watch
 from service.procedures.job import Job
 from service.settings import Settings
 from tests.credentials import BEARER
+from tests.service.filled_database import fill
 from tests.serving import PATIENCE_S, serving
 
 
@@ -45,6 +46,16 @@ def settings(database_url: str) -> Settings:
 @pytest.fixture
 def database(settings: Settings) -> Iterator[Database]:
     opened = open_database(settings.database_url)
+    yield opened
+    opened.close()
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def filled(request: pytest.FixtureRequest) -> Iterator[Database]:
+    """A database of either kind that holds something."""
+    setting = "database_url" if request.param == "sqlite" else "postgresql_url"
+    opened = open_database(request.getfixturevalue(setting))
+    fill(opened)
     yield opened
     opened.close()
 

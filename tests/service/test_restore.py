@@ -1,0 +1,114 @@
+"""A restore takes nothing away that it cannot replace."""
+
+import shutil
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from sqlalchemy import text
+
+from robocal.errors import BadInput
+from service.backup.keeping import back_up, restore
+from service.clock import utc_now
+from service.db.engine import open_database
+from service.db.models import CellRow
+from tests.service.filled_database import LEASE_S, contents
+
+
+def truncated(file: Path) -> None:
+    file.write_bytes(file.read_bytes()[: file.stat().st_size * 2 // 3])
+
+
+def of_another_version(file: Path) -> None:
+    changed_by(file, "UPDATE alembic_version SET version_num = '9999'")
+
+
+def without_a_table(file: Path) -> None:
+    changed_by(file, "DROP TABLE reading")
+
+
+def with_half_a_document(file: Path) -> None:
+    changed_by(file, "UPDATE cell SET document = '{'")
+
+
+def with_an_orphan(file: Path) -> None:
+    changed_by(file, "DELETE FROM campaign WHERE id = 2")
+
+
+def changed_by(file: Path, statement: str) -> None:
+    with closing(sqlite3.connect(file, isolation_level=None)) as backup:
+        backup.execute(statement)
+
+
+SPOILT = {
+    Path.unlink: "no such file",
+    lambda file: file.write_text("notes of a person " * 100): "cannot be read",
+    lambda file: file.write_bytes(b""): "no database of robocal",
+    truncated: "malformed",
+    of_another_version: "another version",
+    without_a_table: "no such table: reading",
+    with_half_a_document: "not all of it can be read",
+    with_an_orphan: "the database is damaged",
+}
+
+
+@pytest.mark.parametrize("spoil", SPOILT)
+def test_a_backup_that_cannot_be_restored_leaves_everything_as_it_was(filled, tmp_path, spoil):
+    file = tmp_path / "kept" / "backup.sqlite3"
+    file.parent.mkdir()
+    back_up(filled, file, LEASE_S)
+    with filled.write() as session:
+        session.add(CellRow(name="later", document={}, armed=False, created=utc_now()))
+    there = contents(filled)
+    spoil(file)
+    with pytest.raises(BadInput, match=SPOILT[spoil]) as refused:
+        restore(file, filled, LEASE_S, replace=True)
+    assert refused.value.where == str(file)
+    assert contents(filled) == there
+    assert list(tmp_path.rglob("before-restore-*")) == []
+
+
+def test_a_missing_backup_makes_no_folder(filled, tmp_path):
+    with pytest.raises(BadInput, match="no such file"):
+        restore(tmp_path / "nowhere" / "backup.sqlite3", filled, LEASE_S, replace=True)
+    assert not (tmp_path / "nowhere").exists()
+
+
+def test_the_file_of_the_database_itself_can_be_restored(database_url, tmp_path):
+    file = Path(shutil.copy(database_url.removeprefix("sqlite:///"), tmp_path / "own.sqlite3"))
+    own = open_database(f"sqlite:///{file}")
+    with own.write() as session:
+        session.add(CellRow(name="c", document={}, armed=False, created=utc_now()))
+    there = contents(own)
+    restore(file, own, LEASE_S, replace=True)
+    assert contents(own) == there
+    own.close()
+
+
+def test_what_was_there_is_kept_beside_the_database_or_where_it_has_no_folder_beside_the_backup(
+    filled, tmp_path
+):
+    file = tmp_path / "kept" / "backup.sqlite3"
+    file.parent.mkdir()
+    back_up(filled, file, LEASE_S)
+    _, before = restore(file, filled, LEASE_S, replace=True)
+    assert before.parent == (tmp_path if filled.on_one_host else file.parent)
+
+
+def test_a_restore_that_is_broken_off_names_the_file_with_what_was_there(filled, tmp_path):
+    file = tmp_path / "backup.sqlite3"
+    back_up(filled, file, LEASE_S)
+    there = contents(filled)
+    impatient = open_database(filled.engine.url.render_as_string(hide_password=False), busy_s=0.1)
+    with filled.write() as session:
+        session.execute(text("SELECT 1"))
+        with pytest.raises(BadInput, match="the restore was broken off") as refused:
+            restore(file, impatient, LEASE_S, replace=True)
+    impatient.close()
+    assert contents(filled) == there
+    (before,) = tmp_path.glob("before-restore-*.sqlite3")
+    assert f"what was there before is in {before}" in str(refused.value)
+    kept = open_database(f"sqlite:///{before}")
+    assert contents(kept, but="job") == {name: it for name, it in there.items() if name != "job"}
+    kept.close()

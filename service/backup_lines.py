@@ -4,6 +4,11 @@ from collections.abc import Sequence
 
 from service.backup.rows import CopiedTable
 
+DISARMED = (
+    "no cell is armed: a campaign with poses left pauses until its cell is armed and it is resumed"
+)
+"""What a person has to know before starting the service on a copy."""
+
 
 def copied_lines(copied: Sequence[CopiedTable]) -> str:
     """One line for every table that holds something."""

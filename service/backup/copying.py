@@ -14,13 +14,13 @@ from sqlalchemy.orm import Session
 from robocal.errors import BadInput
 from service.backup.rows import CopiedTable, copy_rows, is_empty, summary, tables
 from service.db.engine import Database, open_database, sqlite_file
-from service.db.models import JobRow
+from service.db.models import CellRow, JobRow
 from service.db.upgrade import is_up_to_date, schema_revision, upgrade_schema
 from service.jobs.procrastinate_queue import ProcrastinateQueue
 
 
 def copy_database(source: Database, target: Database, lease_s: float) -> list[CopiedTable]:
-    """Copy everything into an empty database.
+    """Copy everything into an empty database, in which no cell is armed.
 
     The source may be in use: what was stored until now is copied, and no half of a transaction.
 
@@ -35,7 +35,9 @@ def copy_database(source: Database, target: Database, lease_s: float) -> list[Co
 
 
 def copy_still(still: Database, target: Database, lease_s: float) -> list[CopiedTable]:
-    """Copy a database that nobody changes into an empty one; both are of this version.
+    """Copy a database that nobody changes into an empty one, in which no cell is armed.
+
+    Both are of this version of robocal.
 
     Raises
     ------
@@ -48,6 +50,8 @@ def copy_still(still: Database, target: Database, lease_s: float) -> list[Copied
                 shown(target), "there is something in this database; copy into an empty one"
             )
         copied = copy_rows(sent, received)
+        # An operator allowed motion after a look into the cell, not for whenever the copy starts.
+        received.execute(update(CellRow).values(armed=False))
         _free_jobs(received, target, lease_s)
     return copied
 

@@ -11,7 +11,7 @@ def copy_database(
 ) -> None:
     """Copy a database into an empty one of the same or the other kind, and compare every row."""
     from service.backup import copying
-    from service.backup_lines import copied_lines
+    from service.backup_lines import DISARMED, copied_lines
     from service.db.engine import open_database
     from service.start_up import prepare_database, read_settings
 
@@ -26,3 +26,4 @@ def copy_database(
         received.close()
     print(copied_lines(copied))
     print("every row arrived as it was sent")
+    print(DISARMED)

@@ -15,7 +15,7 @@ def restore(
 ) -> None:
     """Bring a backup into the database of the settings; no worker may be at work on it."""
     from service.backup import keeping
-    from service.backup_lines import copied_lines
+    from service.backup_lines import DISARMED, copied_lines
     from service.db.engine import open_database
     from service.start_up import read_settings
 
@@ -26,5 +26,6 @@ def restore(
     finally:
         database.close()
     print(copied_lines(restored))
+    print(DISARMED)
     if before is not None:
         print(f"what was there before is in {before}")

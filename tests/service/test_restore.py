@@ -4,16 +4,32 @@ import shutil
 import sqlite3
 from contextlib import closing
 from pathlib import Path
+from threading import Event
 
 import pytest
 from sqlalchemy import text
 
 from robocal.errors import BadInput
+from service.backup.copying import copy_database
 from service.backup.keeping import back_up, restore
+from service.backup_lines import DISARMED
 from service.clock import utc_now
-from service.db.engine import open_database
+from service.db.engine import Database, open_database
 from service.db.models import CellRow
+from service.jobs.queues import open_queue
+from service.jobs.watch import Watch
+from service.procedures.collect import collect
+from service.procedures.job import Held, Job
 from tests.service.filled_database import LEASE_S, contents
+
+
+def restored_into(target: Database, source: Database, file: Path) -> None:
+    back_up(source, file, LEASE_S)
+    restore(file, target, LEASE_S, replace=False)
+
+
+def copied_into(target: Database, source: Database, file: Path) -> None:
+    copy_database(source, target, LEASE_S)
 
 
 def truncated(file: Path) -> None:
@@ -112,3 +128,26 @@ def test_a_restore_that_is_broken_off_names_the_file_with_what_was_there(filled,
     kept = open_database(f"sqlite:///{before}")
     assert contents(kept, but="job") == {name: it for name, it in there.items() if name != "job"}
     kept.close()
+
+
+@pytest.mark.parametrize("moved", [restored_into, copied_into])
+def test_nothing_moves_in_a_copy_before_an_operator_has_armed_the_cell(filled, tmp_path, moved):
+    with filled.write() as session:
+        session.get_one(CellRow, "c").armed = True
+    target = open_database(f"sqlite:///{tmp_path / 'target.sqlite3'}")
+    moved(target, filled, tmp_path / "backup.sqlite3")
+    queue = open_queue(target, LEASE_S)
+    claim = queue.claim("w")
+    with pytest.raises(Held, match="Cell 'c' is not armed"):
+        collect(Job(target, queue, claim, Watch(queue, claim, lambda: None, Event(), 1.0)))
+    target.close()
+
+
+def test_restore_and_copy_say_that_no_cell_is_armed(filled, tmp_path, call, monkeypatch):
+    url = filled.engine.url.render_as_string(hide_password=False)
+    file = tmp_path / "backup.sqlite3"
+    back_up(filled, file, LEASE_S)
+    monkeypatch.setenv("ROBOCAL_DATABASE_URL", f"sqlite:///{tmp_path / 'target.sqlite3'}")
+    for command in (("restore", file), ("copy-database", url, f"sqlite:///{tmp_path}/other")):
+        status, said, _ = call(*command)
+        assert (status, DISARMED in said) == (0, True), said

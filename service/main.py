@@ -153,6 +153,8 @@ def listen(settings: Settings, listener: socket.socket) -> None:
     """Answer what comes to the address until told to stop."""
     set_up_logs("service")
     logging.getLogger().setLevel(settings.log_level)
+    # Before the server listens to signals: what waits for the database here can be ended.
+    link = setup.prepare_access(settings)
     app = create_app(settings)
     password = settings.tls_key_password
     config = uvicorn.Config(
@@ -169,7 +171,6 @@ def listen(settings: Settings, listener: socket.socket) -> None:
     )
 
     def ready(url: str) -> None:
-        link = setup.first_link(settings, app.state.database)
         if link is not None:
             sys.stderr.write(
                 f"robocal: nobody can log in yet; open {url}{link} within "

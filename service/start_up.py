@@ -11,6 +11,7 @@ from robocal.errors import BadInput
 from service.db.engine import open_database, sqlite_file
 from service.db.trouble import Trouble, trouble_of
 from service.db.upgrade import upgrade_schema
+from service.db.waiting import when_free
 from service.settings import Settings
 
 
@@ -32,7 +33,7 @@ def read_settings(**given: object) -> Settings:
 
 
 def prepare_database(settings: Settings) -> None:
-    """Make the database or bring it up to this program.
+    """Make the database or bring it up to this program; waits while another one keeps it locked.
 
     Raises
     ------
@@ -43,7 +44,7 @@ def prepare_database(settings: Settings) -> None:
     try:
         database = open_database(url, settings.busy_s)
         try:
-            upgrade_schema(database)
+            when_free(lambda: upgrade_schema(database))
         finally:
             database.close()
     except ArgumentError:

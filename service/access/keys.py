@@ -68,12 +68,20 @@ def used(session: Session, moments: dict[int, str]) -> None:
         session.execute(update(ApiKeyRow).where(ApiKeyRow.id == number).values(last_used=moment))
 
 
+def bootstrap_stands(session: Session, key: str | None) -> bool:
+    """Whether the key that the settings name, or none, is the valid one already."""
+    present = _valid(session, BOOTSTRAP)
+    if present is None or key is None:
+        return present is None and key is None
+    return same(present.secret_sha256, digest(key))
+
+
 def set_bootstrap(session: Session, key: str | None) -> None:
     """Let the key of the settings be valid, and end the one that they no longer name."""
+    if bootstrap_stands(session, key):
+        return
     present = _valid(session, BOOTSTRAP)
     if present is not None:
-        if key is not None and same(present.secret_sha256, digest(key)):
-            return
         present.revoked = utc_now()
         # One valid key a name: the old one must be gone before the new one comes.
         session.flush()

@@ -72,6 +72,12 @@ def new_link(session: Session, name: str) -> tuple[str, str]:
     return _link(session, name)
 
 
+def needs_first_link(session: Session) -> bool:
+    """Whether `first_link` has a link to make, or one to end that may no longer be used."""
+    left_over = select(func.count()).where(LinkRow.person.is_(None), LinkRow.used.is_(None))
+    return nobody_yet(session) or session.scalar(left_over) != 0
+
+
 def first_link(session: Session) -> str | None:
     """Return a token for the first engineer, or None when somebody can log in already."""
     session.execute(delete(LinkRow).where(LinkRow.person.is_(None), LinkRow.used.is_(None)))

@@ -15,7 +15,8 @@ from service.access.headers import SafeHeaders
 from service.access.last_used import LastUsed
 from service.access.logins import COOKIE
 from service.access.scopes import WHO_MAY, Scope, needed_for
-from service.db.engine import Database
+from service.db.engine import Database, open_database
+from service.db.waiting import when_free
 from service.guard import Guard
 from service.settings import OPEN, Settings
 
@@ -51,9 +52,7 @@ def require_listed(app: FastAPI) -> None:
 @contextmanager
 def admitted(app: FastAPI, settings: Settings, database: Database) -> Iterator[None]:
     """Let callers in while the application runs."""
-    key = settings.bootstrap_key
-    with database.write() as session:
-        keys.set_bootstrap(session, None if key is None else key.get_secret_value())
+    _bring_bootstrap(settings, database)
     with LastUsed(database) as last_used:
         app.state.authentication = Authentication(
             database, Failures(), settings.access == OPEN, last_used.note
@@ -61,10 +60,34 @@ def admitted(app: FastAPI, settings: Settings, database: Database) -> Iterator[N
         yield
 
 
-def first_link(settings: Settings, database: Database) -> str | None:
-    """Return the path by which the first engineer can be made, where one is missing."""
+def prepare_access(settings: Settings) -> str | None:
+    """Bring the settings' key, and make the first engineer's link where one is missing: its path.
+
+    Waits while another program keeps the database locked; what stands already is only read.
+    """
+    database = open_database(settings.database_url, settings.busy_s)
+    try:
+        when_free(lambda: _bring_bootstrap(settings, database))
+        return when_free(lambda: _first_link(settings, database))
+    finally:
+        database.close()
+
+
+def _bring_bootstrap(settings: Settings, database: Database) -> None:
+    key = None if settings.bootstrap_key is None else settings.bootstrap_key.get_secret_value()
+    with database.read() as session:
+        if keys.bootstrap_stands(session, key):
+            return
+    with database.write() as session:
+        keys.set_bootstrap(session, key)
+
+
+def _first_link(settings: Settings, database: Database) -> str | None:
     if settings.access == OPEN:
         return None
+    with database.read() as session:
+        if not people.needs_first_link(session):
+            return None
     with database.write() as session:
         token = people.first_link(session)
     return None if token is None else f"/welcome?token={token}"

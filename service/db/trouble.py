@@ -30,6 +30,7 @@ _SQLITE = {
     sqlite3.SQLITE_CANTOPEN: Trouble.disk_broken,
 }
 _PRIMARY_CODE = 0xFF
+_LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 _POSTGRESQL = (
     (psycopg.errors.DiskFull, Trouble.disk_full),
@@ -50,3 +51,11 @@ def trouble_of(error: DBAPIError) -> Trouble:
         if isinstance(cause, kind):
             return trouble
     return Trouble.busy
+
+
+def is_locked(error: DBAPIError) -> bool:
+    """Whether another program held the database too long: it will let go of it."""
+    cause = error.orig
+    if isinstance(cause, sqlite3.Error):
+        return getattr(cause, "sqlite_errorcode", 0) & _PRIMARY_CODE in _LOCKED
+    return isinstance(cause, psycopg.errors.LockNotAvailable)

@@ -135,7 +135,6 @@ def main() -> None:
         # Who looks after a moving arm goes before computations, where the system permits it.
         with suppress(PermissionError):
             os.nice(HURRY)
-    shutdown = shutdown_by_signal()
     end_with_parent()
     try:
         settings = read_settings()
@@ -144,6 +143,8 @@ def main() -> None:
     except BadInput as fault:
         log.critical("%s", fault)
         sys.exit(2)
+    # Until now there was nothing to give back, and a signal ended the start at once.
+    shutdown = shutdown_by_signal()
     database = open_database(settings.database_url, settings.busy_s)
     name = f"{socket.gethostname()}:{os.getpid()}"
     sys.stdout.write(json.dumps({"ready": True, "worker": name}) + "\n")

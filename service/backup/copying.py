@@ -18,6 +18,14 @@ from service.db.models import CellRow, JobRow
 from service.db.upgrade import is_up_to_date, schema_revision, upgrade_schema
 from service.jobs.procrastinate_queue import ProcrastinateQueue
 
+_OF_THE_COPY = (
+    sqlite3.SQLITE_FULL,
+    sqlite3.SQLITE_READONLY,
+    sqlite3.SQLITE_IOERR_WRITE,
+    sqlite3.SQLITE_IOERR_FSYNC,
+)
+"""What goes wrong where is written, and not where is read."""
+
 
 def copy_database(source: Database, target: Database, lease_s: float) -> list[CopiedTable]:
     """Copy everything into an empty database, in which no cell is armed.
@@ -95,15 +103,31 @@ def file_snapshot(file: Path) -> Iterator[Database]:
 
 
 def copy_file(file: Path, copy: Path) -> None:
-    """Copy an SQLite file that may be in use; raises `BadInput` if it is damaged."""
+    """Copy an SQLite file that may be in use.
+
+    Raises
+    ------
+    BadInput
+        If the file is damaged, or the copy cannot be written.
+    """
     try:
         with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(copy)) as target:
             source.backup(target)
             verdict = target.execute("PRAGMA integrity_check").fetchone()[0]
     except sqlite3.DatabaseError as fault:
+        # The code is missing where Python's own module found the fault.
+        if getattr(fault, "sqlite_errorcode", None) in _OF_THE_COPY:
+            raise unwritable(copy, fault) from None
         raise BadInput(str(file), f"it cannot be read as a database ({fault})") from None
     if verdict != "ok":
         raise BadInput(str(file), f"the database is damaged ({verdict}); take an older copy")
+
+
+def unwritable(file: Path, cause: object) -> BadInput:
+    """Return what to say of a new file that could not be written."""
+    return BadInput(
+        str(file), f"it cannot be written ({cause}); make its folder or room, or name another place"
+    )
 
 
 def shown(database: Database) -> str:

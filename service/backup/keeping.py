@@ -1,6 +1,7 @@
 """Backups: always one SQLite file, whatever the database is, so that either kind can restore it."""
 
 import os
+import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -10,7 +11,14 @@ from alembic.util import CommandError
 from sqlalchemy.exc import DBAPIError
 
 from robocal.errors import BadInput
-from service.backup.copying import copy_database, copy_file, copy_still, file_snapshot, shown
+from service.backup.copying import (
+    copy_database,
+    copy_file,
+    copy_still,
+    file_snapshot,
+    shown,
+    unwritable,
+)
 from service.backup.rows import CopiedTable, is_empty, summary, tables
 from service.db.engine import Database, database_folder, open_database, sqlite_file
 from service.db.upgrade import empty_schema, upgrade_schema
@@ -23,30 +31,20 @@ def back_up(database: Database, file: Path, lease_s: float) -> list[CopiedTable]
     Raises
     ------
     BadInput
-        If the file is there already, or there is nothing to back up.
+        If the file is there already or cannot be written, or there is nothing to back up.
     """
-    if file.exists():
-        raise BadInput(str(file), "the file is there already; name a new one")
-    part = file.with_name(f"{file.name}.part")
-    part.unlink(missing_ok=True)
-    present = sqlite_file(database.engine.url.render_as_string(hide_password=False))
-    if present is not None:
-        if not present.is_file():
-            raise BadInput(str(present), "there is no database to back up")
-        copy_file(present, part)
-    kept = open_database(f"sqlite:///{part}")
+    part = _new_part(file)
     try:
-        if present is None:
-            copy_database(database, kept, lease_s)
-        upgrade_schema(kept)
-        with kept.read() as session:
-            found = [summary(session, table) for table in tables()]
-        _leave_write_ahead(kept)
+        found = _write(database, part, lease_s)
+        part.rename(file)
+    except DBAPIError as error:
+        if isinstance(error.orig, sqlite3.Error):
+            raise unwritable(file, error.orig) from None
+        raise
+    except OSError as error:
+        raise unwritable(file, error.strerror) from None
     finally:
-        kept.close()
-    with part.open("rb+") as written:
-        os.fsync(written.fileno())
-    part.rename(file)
+        part.unlink(missing_ok=True)
     return found
 
 
@@ -79,6 +77,40 @@ def restore(
         with _naming(before, database):
             empty_schema(database)
             return copy_still(still, database, lease_s), before
+
+
+def _new_part(file: Path) -> Path:
+    """Make the file that becomes the backup when it is whole; raises `BadInput`."""
+    part = file.with_name(f"{file.name}.part")
+    try:
+        if file.exists():
+            raise BadInput(str(file), "the file is there already; name a new one")
+        part.unlink(missing_ok=True)
+        part.touch()
+    except OSError as error:
+        raise unwritable(file, error.strerror) from None
+    return part
+
+
+def _write(database: Database, part: Path, lease_s: float) -> list[CopiedTable]:
+    present = sqlite_file(database.engine.url.render_as_string(hide_password=False))
+    if present is not None:
+        if not present.is_file():
+            raise BadInput(str(present), "there is no database to back up")
+        copy_file(present, part)
+    kept = open_database(f"sqlite:///{part}")
+    try:
+        if present is None:
+            copy_database(database, kept, lease_s)
+        upgrade_schema(kept)
+        with kept.read() as session:
+            found = [summary(session, table) for table in tables()]
+        _leave_write_ahead(kept)
+    finally:
+        kept.close()
+    with part.open("rb+") as written:
+        os.fsync(written.fileno())
+    return found
 
 
 def _holds_something(database: Database, lease_s: float) -> bool:

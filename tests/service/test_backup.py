@@ -173,3 +173,31 @@ def test_readings_cannot_be_changed_after_a_restore(filled, tmp_path):
         assert session.scalar(select(func.count()).select_from(JobRow)) == 1
     with pytest.raises(Exception, match="never changed"), filled.write() as session:
         session.execute(text("UPDATE reading SET spread = 1"))
+
+
+def test_a_place_where_no_backup_can_be_written_is_named_and_not_the_database(filled, tmp_path):
+    (tmp_path / "text").touch()
+    for place, cause in (
+        ("nowhere/x.sqlite3", "No such file or directory"),
+        ("text/x.sqlite3", "Not a directory"),
+        ("x" * 300, "File name too long"),
+    ):
+        with pytest.raises(BadInput, match=f"it cannot be written.*{cause}") as refused:
+            back_up(filled, tmp_path / place, LEASE_S)
+        assert refused.value.where == str(tmp_path / place)
+    assert not (tmp_path / "nowhere").exists()
+
+
+def test_a_backup_without_room_says_so_and_leaves_no_half_file(filled, tmp_path):
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    folder = tmp_path / "kept"
+    folder.mkdir()
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, before[1]))
+    try:
+        with pytest.raises(BadInput, match="it cannot be written") as refused:
+            back_up(filled, folder / "x.sqlite3", LEASE_S)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert refused.value.where.startswith(str(folder / "x.sqlite3"))
+    assert list(folder.iterdir()) == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import time
 from contextlib import closing
 from pathlib import Path
@@ -51,11 +52,16 @@ def emulate(
 
     Faults and effects are also switched by lines that are typed while it runs: help lists them.
     """
-    if stage:
-        _emulate_stage(seed, fault or [])
-        return
-    wires = _wires(robot_driver, tracker, probe)
-    _emulate_cell(robot, time_scale, seed, _effects(hide or []), wires, fault or [], cell)
+    # Ended from outside, it ends what it started too.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        if stage:
+            _emulate_stage(seed, fault or [])
+            return
+        wires = _wires(robot_driver, tracker, probe)
+        _emulate_cell(robot, time_scale, seed, _effects(hide or []), wires, fault or [], cell)
+    except KeyboardInterrupt:
+        print()
 
 
 def _wires(robot: str, tracker: str, probe: str) -> Wires:
@@ -105,12 +111,9 @@ def _emulate_cell(
             write_whole(file, json.dumps(_settings(file.stem, robot, addresses), indent=2) + "\n")
             print(f"cell:    {file}")
         print("help lists the faults that can be typed here; Ctrl+C ends it", flush=True)
-        try:
-            converse(hands)
-            while True:
-                time.sleep(3600)
-        except KeyboardInterrupt:
-            print()
+        converse(hands)
+        while True:
+            time.sleep(3600)
 
 
 def _introduce_cell(addresses: CellAddresses) -> None:
@@ -168,10 +171,7 @@ def _emulate_stage(seed: int, faults: list[str]) -> None:
         _introduce(addresses)
         for text in faults:
             print(person.follow(text.replace(":", " ", 1)), flush=True)
-        try:
-            converse(person)
-        except KeyboardInterrupt:
-            print()
+        converse(person)
 
 
 def _introduce(addresses: StageAddresses) -> None:

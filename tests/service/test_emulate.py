@@ -83,8 +83,8 @@ class Emulated:
         self.process.stdin.flush()
         return self.process.stdout.readline().strip()
 
-    def end(self) -> int:
-        self.process.send_signal(signal.SIGINT)
+    def end(self, number: int = signal.SIGINT) -> int:
+        self.process.send_signal(number)
         try:
             return self.process.wait(60)
         finally:
@@ -112,6 +112,17 @@ def test_wires_faults_and_effects_of_an_emulated_cell_are_chosen_by_its_user(tmp
         assert "'delay_s=soon'" in emulated.type("tracker late_reply delay_s=soon")
         assert "'nothing' is unknown" in emulated.type('set effect {"effect": "nothing"}')
     assert not Path(cell["tracker"]["address"]).exists()
+
+
+@pytest.mark.parametrize("kind", [(), ("--stage",)])
+def test_sigterm_ends_it_as_ctrl_c_does_and_leaves_no_folder(tmp_path, monkeypatch, kind):
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setenv("TMPDIR", str(folder))
+    emulated = Emulated(tmp_path, *kind)
+    assert list(folder.glob("robocal-*"))
+    assert emulated.end(signal.SIGTERM) == 0
+    assert list(folder.iterdir()) == []
 
 
 def try_out(emulated: Emulated, cell: dict) -> None:

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from alembic.util import CommandError
-from sqlalchemy.exc import DBAPIError
+from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
 from robocal.errors import BadInput
 from service.backup.copying import (
@@ -129,7 +129,7 @@ def _naming(before: Path, database: Database) -> Iterator[None]:
     """Let every failure say where that lies which is perhaps no longer in the database."""
     try:
         yield
-    except (BadInput, CommandError, DBAPIError, OSError, KeyboardInterrupt) as fault:
+    except (BadInput, CommandError, SQLAlchemyError, OSError, KeyboardInterrupt) as fault:
         cause = fault.orig if isinstance(fault, DBAPIError) else fault
         raise BadInput(
             shown(database),

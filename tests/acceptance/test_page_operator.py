@@ -7,10 +7,16 @@ import pytest
 from playwright.sync_api import Locator, expect
 
 from tests.acceptance.test_page import Watched, watched
-from tests.integration.service_cell import Site, installation
+from tests.integration.service_cell import Site, World, emulated_world, installation
 
 NOWHERE = "127.0.0.1:9"
 TABLET = {"width": 820, "height": 1180}
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory) -> Iterator[World]:
+    with emulated_world(tmp_path_factory.mktemp("world")) as running:
+        yield running
 
 
 @pytest.fixture(scope="module")
@@ -77,3 +83,51 @@ def test_a_note_that_comes_or_goes_moves_nothing_below_it(browser, place):
         form.get_by_label("Poses").fill("24")
         expect(page.locator("#campaign-poses-note.good")).to_contain_text("Enough")
         assert form.evaluate("form => form.offsetHeight") == height
+
+
+def test_the_connection_test_names_every_device_and_outlives_a_refresh(browser, place, world):
+    probe = {"driver": "mock", "address": NOWHERE}
+    slide = {"name": "slide", "driver": "mock", "address": NOWHERE}
+    make_cell(place, "tested", world.address, temperature_probe=probe, stage_sensors=[slide])
+    told = place.post("/cells/tested/check").json()
+    with watched(browser, place) as seen:
+        page = seen.page
+        seen.open()
+        card = page.locator("[data-cell=tested]")
+        with page.expect_response("**/parts/cells"):
+            card.get_by_role("button", name="Test connection").click()
+            lines = card.locator(".notice.bad li")
+            expect(lines).to_have_count(4)
+        expect(card.locator(".notice li.good")).to_have_text([
+            "Robot: 6 joints, safety state normal",
+            "Tracker: ready",
+        ])
+        faults = [told["temperature_probe"]["detail"], told["stage_sensors"]["slide"]["detail"]]
+        expect(card.locator(".notice li.bad")).to_have_text([
+            f"Temperature probe, fault: {faults[0]}",
+            f"slide, fault: {faults[1]}",
+        ])
+        # Another person's cell makes the list new.
+        make_cell(place, "later", NOWHERE)
+        page.locator("[data-cell=later]").wait_for()
+        expect(lines).to_have_count(4)
+        seen.require_clean()
+
+
+def test_what_is_there_when_the_page_opens_is_not_replaced_by_the_same(browser, place):
+    make_cell(place, "same", NOWHERE)
+    with watched(browser, place) as seen:
+        page = seen.page
+        seen.open()
+        page.evaluate("""() => {
+            window.replaced = 0;
+            for (const part of document.querySelectorAll("[data-part]"))
+                part.addEventListener("refreshed", () => window.replaced++);
+        }""")
+        for part in ("cells", "campaigns"):
+            with page.expect_response(f"**/parts/{part}") as answer:
+                pass
+            answer.value.finished()
+        with page.expect_response("**/parts/cells"):
+            pass
+        assert page.evaluate("window.replaced") == 0

@@ -2,7 +2,10 @@
 
 import { leaveForLogin } from "./api.js";
 
-const shown = new WeakMap();
+// As the page itself came: nothing of it has changed yet when the first script looks.
+const shown = new WeakMap(
+  Array.from(document.querySelectorAll("[data-part]"), (part) => [part, part.innerHTML]),
+);
 
 export async function refresh(part) {
   const answer = await fetch(part.dataset.part);
@@ -11,13 +14,20 @@ export async function refresh(part) {
     return;
   }
   if (!answer.ok) throw new Error(`${part.dataset.part}: status ${answer.status}`);
-  const text = await answer.text();
+  const text = asHeld(await answer.text());
   if (text === shown.get(part)) return;
   const focused = part.contains(document.activeElement) ? document.activeElement.id : "";
   shown.set(part, text);
   part.innerHTML = text;
   if (focused) document.getElementById(focused)?.focus();
   part.dispatchEvent(new Event("refreshed"));
+}
+
+// What the browser makes of a text: it writes some characters otherwise.
+function asHeld(text) {
+  const made = document.createElement("template");
+  made.innerHTML = text;
+  return made.innerHTML;
 }
 
 export function keepFresh(part, seconds) {

@@ -78,8 +78,10 @@ CHINESE: dict[str, str] = {
     "arm": "允许运动",
     "disarm": "禁止运动",
     "check": "测试连接",
-    "checking": "正在询问机器人和跟踪仪…",
-    "check_good": "机器人：{robot}。跟踪仪：{tracker}。",
+    "temperature_probe": "温度探头",
+    "checking": "正在询问所有设备…",
+    "check_good": "{device}：{detail}",
+    "check_fault": "{device}，故障：{detail}",
     "arm_question": "允许单元“{cell}”的机器人运动？",
     "arm_warning": (
         "允许之后，只要有测量任务排队，机器人就会自行启动。请先到现场检查：围栏内无人，"

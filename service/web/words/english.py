@@ -86,8 +86,10 @@ WORDS: dict[str, str] = {
     "arm": "Arm",
     "disarm": "Disarm",
     "check": "Test connection",
-    "checking": "Asking robot and tracker…",
-    "check_good": "Robot: {robot}. Tracker: {tracker}.",
+    "temperature_probe": "Temperature probe",
+    "checking": "Asking every device…",
+    "check_good": "{device}: {detail}",
+    "check_fault": "{device}, fault: {detail}",
     "arm_question": "Let the robot of cell “{cell}” move?",
     "arm_warning": (
         "Armed, the robot starts by itself as soon as a campaign is queued. Go and look at the "

@@ -131,3 +131,22 @@ def test_what_is_there_when_the_page_opens_is_not_replaced_by_the_same(browser, 
         with page.expect_response("**/parts/cells"):
             pass
         assert page.evaluate("window.replaced") == 0
+
+
+def test_the_focus_stays_on_the_button_through_arm_and_disarm(browser, place):
+    make_cell(place, "keys", NOWHERE)
+    with watched(browser, place) as seen:
+        page = seen.page
+        seen.open()
+        button = page.locator("#arm-keys")
+        button.focus()
+        page.keyboard.press("Enter")
+        page.locator("#confirm-yes").wait_for()
+        page.locator("#confirm-yes").focus()
+        page.keyboard.press("Enter")
+        page.locator("[data-cell=keys] .lamp.armed").wait_for()
+        expect(button).to_be_focused()
+        page.keyboard.press("Enter")
+        page.locator("[data-cell=keys] .lamp:not(.armed)").wait_for()
+        expect(button).to_be_focused()
+        seen.require_clean()

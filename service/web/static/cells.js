@@ -22,6 +22,8 @@ export function watchCells(part) {
       tell(cell, part, "bad", refusal.message);
     } finally {
       button.disabled = false;
+      // A button that is disabled or replaced loses the focus, and the keyboard its place.
+      if (document.activeElement === document.body) document.getElementById(button.id)?.focus();
     }
   });
   part.addEventListener("refreshed", () => showNotices(part));

@@ -1,0 +1,49 @@
+"""How the pages stand on an upright tablet beside the cell; what they show is written by the tests."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from service.parameters import store
+from tests.acceptance.test_page import Watched, watched
+from tests.acceptance.test_page_views import ended_campaigns, kept
+from tests.integration.service_cell import Site, installation
+from tests.robocal.formats.calibrated_arms import calibrated_arm
+from tests.service.released_arm import content_of
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory) -> Iterator[Site]:
+    with installation(tmp_path_factory.mktemp("tablet")) as running:
+        yield running
+
+
+@pytest.fixture
+def tablet(browser, place) -> Iterator[Watched]:
+    with watched(browser, place) as seen:
+        seen.page.set_viewport_size({"width": 820, "height": 1180})
+        yield seen
+        seen.require_clean()
+
+
+def test_a_cells_heading_has_air_and_its_buttons_one_line(tablet, place):
+    (number,) = ended_campaigns(place, "life", 1)
+    with kept(place) as session:
+        for _ in range(2):
+            content = content_of(calibrated_arm("ur10e"), number)
+            store.add_candidate(session, "life", number, content)
+    for version in (1, 2):
+        reason = {"reason": "commissioning"}
+        assert place.post(f"/cells/life/parameters/{version}/release", reason).is_success
+    page = tablet.page
+    tablet.open("/cells/life")
+    heading = page.locator("h1").bounding_box()
+    card = page.locator("main section").first.bounding_box()
+    assert card["y"] - (heading["y"] + heading["height"]) >= 12
+    back = page.get_by_role("button", name="Roll back")
+    tops = back.evaluate("""(button) => {
+        const range = document.createRange();
+        range.selectNodeContents(button);
+        return Array.from(range.getClientRects(), (box) => box.top);
+    }""")
+    assert len(set(tops)) == 1

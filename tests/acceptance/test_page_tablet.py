@@ -4,12 +4,17 @@ from collections.abc import Iterator
 
 import pytest
 
+from service.clock import utc_now
+from service.health_checks.models import HealthPoint
 from service.parameters import store
 from tests.acceptance.test_page import Watched, watched
-from tests.acceptance.test_page_views import ended_campaigns, kept
+from tests.acceptance.test_page_live import HEALTHY
+from tests.acceptance.test_page_views import ended_campaigns, kept, result
 from tests.integration.service_cell import Site, installation
 from tests.robocal.formats.calibrated_arms import calibrated_arm
 from tests.service.released_arm import content_of
+
+HOUR_MS = 3_600_000
 
 
 @pytest.fixture(scope="module")
@@ -47,3 +52,20 @@ def test_a_cells_heading_has_air_and_its_buttons_one_line(tablet, place):
         return Array.from(range.getClientRects(), (box) => box.top);
     }""")
     assert len(set(tops)) == 1
+
+
+def test_a_single_health_check_stands_on_an_axis_that_can_be_read(tablet, place):
+    (number,) = ended_campaigns(place, "single", 1)
+    point = dict.fromkeys(HealthPoint.model_fields.keys() - {"campaign", "at"})
+    point |= {"parameters_version": 1, "degrees_of_freedom": 24, "p_value": 0.5, "z": 0.0}
+    point |= {"full_campaign_needed": False, **HEALTHY}
+    with kept(place) as session:
+        session.add(result(number, "health", point, utc_now()))
+    page = tablet.page
+    tablet.open("/cells/single")
+    plot = page.locator("#health-plot[data-drawn]")
+    plot.wait_for()
+    least, most = plot.evaluate("plot => plot.layout.xaxis.range.map(at => +new Date(at))")
+    assert most - least >= HOUR_MS
+    checked = plot.evaluate("plot => +new Date(plot.data[0].x[0])")
+    assert least < checked < most

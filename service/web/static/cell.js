@@ -7,6 +7,9 @@ import { axis, drawAlways, loadPlotly } from "./plot.js";
 import { ready } from "./ready.js";
 import { say } from "./words.js";
 
+const LEAST_HOURS = 24;
+const HOUR_MS = 3_600_000;
+
 const page = document.getElementById("cell-page");
 const { cell } = page.dataset;
 const decision = document.getElementById("decision");
@@ -66,7 +69,7 @@ function trend(checks) {
       },
     ],
     layout: {
-      xaxis: axis("", { showgrid: false }),
+      xaxis: axis("", { showgrid: false, range: timeRange(at) }),
       yaxis: axis(say("axis_health"), { rangemode: "tozero" }),
       shapes: [
         {
@@ -82,6 +85,15 @@ function trend(checks) {
       margin: { l: 64, r: 16, t: 10, b: 40 },
     },
   };
+}
+
+// A single check, or two in one hour, would stand on an axis of milliseconds.
+function timeRange(at) {
+  const times = at.map((moment) => Date.parse(moment));
+  const [first, last] = [Math.min(...times), Math.max(...times)];
+  const span = Math.max(1.1 * (last - first), LEAST_HOURS * HOUR_MS);
+  const middle = (first + last) / 2;
+  return [middle - span / 2, middle + span / 2].map((time) => new Date(time).toISOString());
 }
 
 ready();

@@ -3,17 +3,19 @@
 from collections.abc import Iterator
 
 import pytest
+from playwright.sync_api import Page
 
 from service.clock import utc_now
 from service.health_checks.models import HealthPoint
 from service.parameters import store
 from tests.acceptance.test_page import Watched, watched
-from tests.acceptance.test_page_live import HEALTHY
+from tests.acceptance.test_page_live import HEALTHY, plan, running_campaign, stand
 from tests.acceptance.test_page_views import ended_campaigns, kept, result
-from tests.integration.service_cell import Site, installation
+from tests.integration.service_cell import START_DEG, Site, installation
 from tests.robocal.formats.calibrated_arms import calibrated_arm
 from tests.service.released_arm import content_of
 
+LONGEST = [-2.9, -1.5, -2.4, -1.9, -2.2, -2.8]
 HOUR_MS = 3_600_000
 
 
@@ -69,3 +71,28 @@ def test_a_single_health_check_stands_on_an_axis_that_can_be_read(tablet, place)
     assert most - least >= HOUR_MS
     checked = plot.evaluate("plot => +new Date(plot.data[0].x[0])")
     assert least < checked < most
+
+
+def test_a_joints_name_and_reading_stand_on_one_line(tablet, place):
+    number = running_campaign(place, "named", "calibrate")
+    plan(place, number, range(1), "calibrate")
+    stand(place, number, LONGEST)
+    page = tablet.page
+    tablet.open(f"/campaigns/{number}")
+    page.locator("#live[data-arms='1']").wait_for()
+    for width in range(770, 890, 10):
+        page.set_viewport_size({"width": width, "height": 1180})
+        assert lines_of_pairs(page) == [1] * len(START_DEG), width
+
+
+def lines_of_pairs(page: Page) -> list[int]:
+    """On how many lines each joint's name and reading stand."""
+    return page.locator("#live-joints").evaluate("""(place) => {
+        const text = place.firstChild;
+        return Array.from(text.data.matchAll(/j\\d\\s\\S+/g), (pair) => {
+            const range = document.createRange();
+            range.setStart(text, pair.index);
+            range.setEnd(text, pair.index + pair[0].length);
+            return new Set(Array.from(range.getClientRects(), (box) => box.top)).size;
+        });
+    }""")

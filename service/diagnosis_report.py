@@ -9,21 +9,21 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
-from robocal.diagnosis.effect import Coefficient, Instance
+from robocal.diagnosis.effect import Instance
 from robocal.formats.bundle import Bundle
 from service.diagnosis_plots import covariate_plots, residual_plot
 from service.report_lines import VERDICTS
 
 _MOST_CAUSES = 8
 _UNITS = (
-    ("_rad_kg_per_nm", "_in_urad_kg_per_nm", 1e6),
-    ("_rad_per_nm", "_in_urad_per_nm", 1e6),
-    ("_rad_per_k", "_in_urad_per_k", 1e6),
-    ("_per_k", "_in_ppm_per_k", 1e6),
-    ("_rad", "_in_mrad", 1e3),
-    ("_m", "_in_mm", 1e3),
+    ("_rad_kg_per_nm", "µrad·kg per N·m", 1e6),
+    ("_rad_per_nm", "µrad per N·m", 1e6),
+    ("_rad_per_k", "µrad per K", 1e6),
+    ("_per_k", "ppm per K", 1e6),
+    ("_rad", "mrad", 1e3),
+    ("_m", "mm", 1e3),
 )
-"""Endings of coefficients, how a person reads them, and the factor."""
+"""Endings of coefficients, the unit in which a person reads them, and the factor."""
 
 _LOOK_FOR_IT = (
     "look for what changes with it, at the robot, the tool and the station; the model follows it "
@@ -96,7 +96,7 @@ def cause_text(named: NamedEffect) -> CauseText:
     instance = named.fitted.instance
     gain = named.gain
     values = tuple(
-        _measure(coefficient, value, std)
+        measure_text(coefficient.name, value, std)
         for coefficient, value, std in zip(
             instance.coefficients, named.fitted.values, named.fitted.std, strict=True
         )
@@ -136,14 +136,18 @@ def _heading(instance: Instance) -> str:
     )
 
 
-def _measure(coefficient: Coefficient, value: float, std: float) -> str:
-    """A coefficient in a unit that a person reads."""
-    name, factor = coefficient.name, 1.0
+def measure_text(name: str, value: float, std: float) -> str:
+    """A coefficient in a unit that a person reads.
+
+    >>> measure_text("compliance_rad_per_nm", 1.2e-6, 1e-7)
+    'compliance in µrad per N·m: 1.2 ± 0.1'
+    """
+    quantity, factor = name, 1.0
     for ending, unit, scale in _UNITS:
         if name.endswith(ending):
-            name, factor = name.removesuffix(ending) + unit, scale
+            quantity, factor = f"{name.removesuffix(ending)} in {unit}", scale
             break
-    return f"{name.replace('_', ' ')}: {value * factor:.3g} ± {std * factor:.2g}"
+    return f"{quantity.replace('_', ' ')}: {value * factor:.3g} ± {std * factor:.2g}"
 
 
 def _capital(sentence: str) -> str:

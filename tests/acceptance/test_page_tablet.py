@@ -1,4 +1,4 @@
-"""How the pages stand on an upright tablet beside the cell; what they show is written by the tests."""
+"""How the pages stand on an upright tablet beside the cell; their content is made by the tests."""
 
 from collections.abc import Iterator
 

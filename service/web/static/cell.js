@@ -38,7 +38,7 @@ async function showHealth() {
   document.getElementById("health-note").textContent = say("health_trend_note");
   const latest = document.getElementById("health-latest");
   const [newest] = checks;
-  latest.textContent = `${say(verdict(newest))} ${newest.advice}`;
+  latest.replaceChildren(say(verdict(newest)), ...(newest.alarm ? [advice(newest)] : []));
   latest.className = `notice ${newest.alarm ? "bad" : newest.trend_alarm ? "caution" : "good"}`;
   latest.hidden = false;
   const place = document.getElementById("health-plot");
@@ -50,6 +50,14 @@ async function showHealth() {
 
 function verdict(check) {
   return check.alarm ? "health_alarm" : check.trend_alarm ? "health_drifts" : "health_good";
+}
+
+// The numerics give it in English, whatever the page speaks.
+function advice(check) {
+  const sentence = document.createElement("span");
+  sentence.lang = "en";
+  sentence.textContent = check.advice;
+  return sentence;
 }
 
 // Chi-square against its limit, so that checks of different size stand on one scale.

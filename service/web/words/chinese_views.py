@@ -89,7 +89,7 @@ CHINESE_VIEWS: dict[str, str] = {
     "health_trend_note": "每次检查的卡方占其控制限的比例：超过虚线表示有东西移动了。",
     "health_alarm": "报警：单元已不是标定时的状态。",
     "health_drifts": "趋势在漂移。",
-    "health_good": "单元保持标定时的状态。",
+    "health_good": "单元保持标定时的状态，无需处理。",
     "axis_health": "占控制限的比例",
     "error_now": "当前位置误差",
     "health_targets_note": "相对已发布参数的均方根",

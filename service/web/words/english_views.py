@@ -97,7 +97,7 @@ ENGLISH_VIEWS: dict[str, str] = {
     ),
     "health_alarm": "Alarm: the cell is not as it was calibrated.",
     "health_drifts": "The trend drifts.",
-    "health_good": "The cell is as it was calibrated.",
+    "health_good": "The cell is as it was calibrated. Nothing to do.",
     "axis_health": "Share of the limit",
     "error_now": "Position error now",
     "health_targets_note": "RMS against the released parameters",

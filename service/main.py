@@ -44,6 +44,7 @@ from service.web.base_calibration_router import router as base_calibration_pages
 from service.web.diagnosis_page import router as diagnosis_page
 from service.web.history_router import router as history_router
 from service.web.preferences import ReadPreferences
+from service.web.problem_pages import ProblemPages
 from service.web.router import router as web_router
 from service.web.view_router import router as view_router
 from service.webhooks.router import router as webhooks_router
@@ -88,8 +89,9 @@ def create_app(settings: Settings) -> FastAPI:
         responses={"default": {"model": errors.ProblemDocument, "description": "Problem"}},
     )
     errors.install(app)
-    app.add_middleware(ReadPreferences)
     setup.install(app, settings)
+    app.add_middleware(ProblemPages)
+    app.add_middleware(ReadPreferences)
     figures.install(app)
     api_examples.install(app)
     api = APIRouter(prefix="/api/v1", max_body_size=int(settings.json_max_mb * 1e6))

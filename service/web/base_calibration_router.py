@@ -1,7 +1,5 @@
 """Pages of base-to-base calibrations: all of them, and the guided touches of one."""
 
-from http import HTTPStatus
-
 from fastapi import APIRouter
 from fastapi.responses import HTMLResponse
 
@@ -10,7 +8,6 @@ from drivers.registry import STAGE_SENSORS
 from robocal.robots.library import ROBOTS
 from service.base_calibrations import store
 from service.dependencies import DatabaseDependency, RowNumber
-from service.errors import NotFound
 from service.web.rendering import page
 
 router = APIRouter(include_in_schema=False)
@@ -39,9 +36,6 @@ def base_calibrations_page(database: DatabaseDependency) -> HTMLResponse:
 def base_calibration_page(number: RowNumber, database: DatabaseDependency) -> HTMLResponse:
     """Guide an operator through the touches."""
     with database.read() as session:
-        try:
-            row = store.find(session, number)
-        except NotFound as error:
-            return page("problem.html", HTTPStatus.NOT_FOUND, sentence=str(error))
+        row = store.find(session, number)
         name, created = row.name, row.created
     return page("base_calibration.html", number=number, name=name, created=created, sensors=SENSORS)

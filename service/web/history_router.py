@@ -1,6 +1,5 @@
 """Pages about more than one campaign: a cell's parameters and health, two calibrations."""
 
-from http import HTTPStatus
 from typing import Annotated
 
 from fastapi import APIRouter, Query
@@ -12,7 +11,6 @@ from service.campaigns.models import Campaign, CampaignKind, CampaignState
 from service.campaigns.results import ResultKind
 from service.cells import store as cells
 from service.dependencies import DatabaseDependency, RowNumber
-from service.errors import NotFound
 from service.parameters import history
 from service.parameters import store as parameters
 from service.web import compare_view
@@ -31,13 +29,9 @@ OFFERED = 100
 def cell_page(name: str, database: DatabaseDependency) -> HTMLResponse:
     """Which parameters the cell's MES reads, how they came about, how the cell's health goes."""
     with database.read() as session:
-        try:
-            cell = cells.shown(cells.find(session, name))
-        except NotFound as error:
-            return page("problem.html", HTTPStatus.NOT_FOUND, sentence=str(error))
         return page(
             "cell.html",
-            cell=cell,
+            cell=cells.shown(cells.find(session, name)),
             versions=parameters.page(session, name, None, None, SHOWN_VERSIONS).versions,
             steps=history.page(session, name, None, None, SHOWN_STEPS).history,
         )
@@ -54,10 +48,7 @@ def compare_page(
         offered = _calibrations(session)
         if first is None or second is None:
             return page("compare.html", offered=offered, first=first, second=second, found=None)
-        try:
-            one, other = _identification(session, first), _identification(session, second)
-        except NotFound as error:
-            return page("problem.html", HTTPStatus.NOT_FOUND, sentence=str(error))
+        one, other = _identification(session, first), _identification(session, second)
         robots = {life.find(session, number).robot_yaml for number in (first, second)}
     return page(
         "compare.html",

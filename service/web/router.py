@@ -1,7 +1,6 @@
 """The pages for the operator; mounted at the root of the service."""
 
 from dataclasses import dataclass
-from http import HTTPStatus
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
@@ -14,7 +13,6 @@ from service.campaigns.results import ResultKind
 from service.cells import store as cells
 from service.db.engine import Database
 from service.dependencies import DatabaseDependency, RowNumber
-from service.errors import NotFound
 from service.web import assets, forms, live_view, result_view
 from service.web.rendering import page
 
@@ -71,10 +69,7 @@ def older_campaigns(database: DatabaseDependency, before: RowNumber | None = Non
 def campaign_page(number: RowNumber, database: DatabaseDependency) -> HTMLResponse:
     """Live progress of a campaign, and its result."""
     with database.read() as session:
-        try:
-            shown = campaigns.shown(session, life.find(session, number))
-        except NotFound as error:
-            return page("problem.html", HTTPStatus.NOT_FOUND, sentence=str(error))
+        shown = campaigns.shown(session, life.find(session, number))
         own_cell = [cells.shown(cells.find(session, shown.cell))] if shown.cell else []
     return page(
         "campaign.html", campaign=shown, cells=own_cell, ended=False, enough=live_view.ENOUGH

@@ -5,12 +5,15 @@ from collections.abc import Iterator
 from html.parser import HTMLParser
 
 import httpx
+import pytest
 
 from drivers.registry import ROBOTS as ROBOT_DRIVERS
 from drivers.registry import TRACKERS as TRACKER_DRIVERS
 from robocal.robots.library import ROBOTS
 from service.web import forms
+from service.web.words import LANGUAGES
 
+BROWSER = {"Accept": "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8"}
 VOID = {"input", "meta", "link", "img", "br"}
 
 
@@ -106,7 +109,7 @@ def test_no_two_elements_of_a_page_share_an_id(site, client, cell):
 def test_pages_allow_no_inline_and_no_foreign_code(site, client, cell):
     number = queued_campaign(client, cell)
     for path in ("/", f"/campaigns/{number}", "/campaigns/999", "/parts/cells"):
-        answer = site.get(path)
+        answer = site.get(path, headers=BROWSER)
         policy = answer.headers["content-security-policy"]
         assert "default-src 'none'" in policy
         assert "script-src 'self';" in policy
@@ -183,11 +186,38 @@ def test_a_campaign_page_shows_state_and_readings(site, client, cell):
     assert {"pause", "resume", "skip", "abort"} <= actions
 
 
-def test_an_unknown_campaign_is_told_on_a_page(site):
-    answer = site.get("/campaigns/999")
-    assert answer.status_code == 404
-    assert answer.headers["content-type"].startswith("text/html")
-    assert "There is no campaign 999" in answer.text
+@pytest.mark.parametrize(
+    ("path", "status", "sentence"),
+    [
+        ("/nosuch", 404, "GET /nosuch: there is no such address."),
+        ("/campaigns/999", 404, "There is no campaign 999"),
+        ("/base-calibrations/999", 404, "There is no base calibration 999"),
+        ("/cells/nowhere", 404, "There is no cell named"),
+        ("/campaigns/abc", 422, "path number: "),
+        ("/campaigns?before=abc", 422, "query before: "),
+    ],
+)
+def test_a_problem_is_told_to_a_person_on_a_page_and_to_a_program_as_json(
+    site, path, status, sentence
+):
+    seen = site.get(path, headers=BROWSER | {"Accept-Language": "zh"})
+    assert seen.status_code == status
+    assert seen.headers["content-type"].startswith("text/html")
+    assert int(seen.headers["content-length"]) == len(seen.content)
+    assert "script-src 'self'" in seen.headers["content-security-policy"]
+    assert LANGUAGES["zh"]["problem_title"] in seen.text
+    assert sentence in seen.text
+    told = site.get(path)
+    assert told.status_code == status
+    assert told.headers["content-type"] == "application/problem+json"
+    assert sentence in told.json()["detail"]
+
+
+def test_what_only_programs_ask_for_stays_json_in_a_browser(site):
+    for path in ("/api/v1/campaigns/999", "/parts/campaigns/999/result"):
+        answer = site.get(path, headers=BROWSER)
+        assert answer.status_code == 404
+        assert answer.headers["content-type"] == "application/problem+json"
 
 
 def test_without_a_result_the_page_says_why(site, client, cell):

@@ -194,7 +194,8 @@ def _block(
     whitened[chosen < 0] = 0.0
     if group.has_distance:
         _fill_anchor(whitened[:, -1], cell.anchor_columns, free, direction * weight)
-    return WhitenedBlock(index, tuple(parts), whitened.reshape(len(free), -1), residual.ravel())
+    J = whitened.reshape(len(free), residual.size)
+    return WhitenedBlock(index, tuple(parts), J, residual.ravel())
 
 
 def _fill_anchor(

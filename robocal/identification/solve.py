@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
+from robocal.errors import BadInput
 from robocal.identification.cell_model import CellModel
 from robocal.identification.observations import Observations
 from robocal.identification.outliers import RowScores, score_rows
@@ -126,6 +127,11 @@ def solve(
         Way to the minimum.
     centre
         Where the priors are centred, its links nominal; the start if None.
+
+    Raises
+    ------
+    BadInput
+        If the measurements determine no parameter that may move.
     """
     std = prior_std(start, choices)
     centre = centre or start
@@ -135,6 +141,13 @@ def solve(
         std = prior_std(start, choices.without_free(redundancy.reasons))
     redundancy = _with_unexercised(redundancy, centre, rows, std)
     free = redundancy.identified | redundancy.weak
+    if not redundancy.identified.any():
+        raise BadInput(
+            "campaign.yaml",
+            "leaves no parameter to identify: each is fixed (parameters.fixed, --fix), or the "
+            "declared noise (instrument.sigma_mm) hides it; leave some free and state the noise "
+            "as the certificate has it",
+        )
     problem = problem_of(start, rows, np.flatnonzero(free), std, centre)
     fit = how(problem)
     for _ in range(_MAX_SECOND_LOOKS):

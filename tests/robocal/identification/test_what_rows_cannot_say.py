@@ -9,6 +9,7 @@ from robocal.calibrated import CalibratedRobot, Provenance
 from robocal.errors import BadInput
 from robocal.formats.bundle import Target, read_bundle
 from robocal.formats.identification_json import identification_document
+from robocal.frames import xyz_ypr_from_frame
 from robocal.identification.identify import identify
 from robocal.identification.priors import Choices, choices_of
 from robocal.identification.result import Status
@@ -170,3 +171,46 @@ def test_the_command_line_says_which_wish_it_could_not_meet(tmp_path, call):
     assert status == 0
     assert "d_3 was asked for, but is not identified: parallel to d_2" in printed
     assert "beta_6 was asked for, but is not identified: moves the target as" in printed
+
+
+FRAMES = [
+    f"{frame}_{name}"
+    for frame in ("base", "tool")
+    for name in ("x", "y", "z", "yaw", "pitch", "roll")
+]
+LINKS = [
+    f"{name}_{joint}" for name in ("theta", "d", "a", "alpha", "beta") for joint in range(1, 7)
+]
+
+
+def with_guesses(folder):
+    """A bundle whose campaign states where base and tool are, and a robot that is nominal."""
+    cell = true_cell("ur5e", 4, wrong=())
+    write_bundle(folder, "ur5e", cell, rows=40)
+    guesses = {
+        "base_guess": xyz_ypr_from_frame(cell.true.base),
+        "tool_guess": xyz_ypr_from_frame(cell.true.tool),
+    }
+    return replace(read_bundle(folder), **guesses)
+
+
+def test_links_are_identified_where_base_and_tool_are_both_fixed(tmp_path, identified):
+    result = identified(with_guesses(tmp_path), choices=choices_of(FRAMES, [], []))
+    assert result.adequacy.adequate
+    assert len(result.free)
+
+
+def test_where_no_parameter_is_left_free_it_is_said(tmp_path, identified):
+    everything = choices_of([*FRAMES, *LINKS], [], [])
+    with pytest.raises(BadInput, match="leaves no parameter to identify: each is fixed"):
+        identified(with_guesses(tmp_path), choices=everything)
+
+
+@pytest.mark.parametrize("command", ["identify", "diagnose", "uncertainty"])
+def test_noise_that_hides_every_parameter_is_refused(tmp_path, call, command):
+    write_bundle(tmp_path / "b", "ur5e", true_cell("ur5e", 4), rows=40, full_pose=False)
+    campaign = tmp_path / "b" / "campaign.yaml"
+    campaign.write_text(campaign.read_text().replace("sigma_mm: 0.015", "sigma_mm: 1.0e+7"))
+    status, _, said = call(command, tmp_path / "b", "--out", tmp_path / "out")
+    assert status == 2
+    assert "leaves no parameter to identify" in said

@@ -163,8 +163,6 @@ def _touches(
     poses = np.empty((len(by_slave), 4, 4))
     covariance = np.zeros((3 * len(by_slave), 3 * len(by_slave)))
     for side, (_, arm) in enumerate(robots):
-        if not len(joints[side]):
-            raise BadInput(table.file, f"has no touch by the {_ROBOTS[side]}; it needs two or more")
         poses[by_slave == side] = arm.needle_poses(joints[side])
         rows = np.flatnonzero(np.repeat(by_slave == side, 3))
         covariance[np.ix_(rows, rows)] = arm.tip_covariance(joints[side])
@@ -226,7 +224,7 @@ def _joints(
 def _refuse_metres(table: Table, columns: tuple[str, ...], values: Float[Array, "_ joint"]) -> None:
     """A slide alike in all touches only shifts the base: no residual shows its unit."""
     for column, slide in zip(columns, values.T, strict=True):
-        largest = np.abs(slide).max()
+        largest = np.abs(slide).max(initial=0.0)
         if column.endswith("_mm") and 0.0 < largest < _NO_TRAVEL:
             raise BadInput(
                 table.file,

@@ -162,9 +162,10 @@ def test_two_slave_touches_are_answered_with_nulls_and_words(folder, tmp_path, c
     assert "slave" in document["undetermined"][0]["fixed_by"]
 
 
-def test_one_slave_touch_leaves_by_status_3(folder, tmp_path, call):
+@pytest.mark.parametrize("rows", [5, 4, 1], ids=["one by the slave", "none", "one in all"])
+def test_fewer_than_two_touches_by_a_robot_leave_by_status_3(folder, tmp_path, call, rows):
     lines = (folder / "touches.csv").read_text(encoding="utf-8").splitlines()
-    (folder / "touches.csv").write_text("\n".join(lines[:6]) + "\n", encoding="utf-8")
+    (folder / "touches.csv").write_text("\n".join(lines[: rows + 1]) + "\n", encoding="utf-8")
     status, _, complaint = call("basecal", folder / "stage.yaml", "--out", tmp_path / "out")
     assert status == 3
     assert "each robot must touch at least twice" in complaint

@@ -34,12 +34,12 @@ class ToolUncertainty:
     @property
     def position_std(self) -> Float[Array, "pose 3"]:
         """Standard uncertainty of x, y, z [m]."""
-        return np.asarray(np.sqrt(np.einsum("mii->mi", self.covariance)[:, :3]))
+        return _roots(self.covariance)[:, :3]
 
     @property
     def orientation_std(self) -> Float[Array, "pose 3"]:
         """Standard uncertainty of the rotation vector's components [rad]."""
-        return np.asarray(np.sqrt(np.einsum("mii->mi", self.covariance)[:, 3:]))
+        return _roots(self.covariance)[:, 3:]
 
     @property
     def radius(self) -> Float[Array, "pose"]:
@@ -60,7 +60,8 @@ def tool_uncertainty(
         for number, source in enumerate(sources):
             own = np.swapaxes(by_pose, 1, 2) @ source.covariance[:n, :n] @ by_pose
             total[block] += own
-            variances[block, number] = np.einsum("mii->m", own[:, :3, :3])
+            # Frames that are open by metres cancel at the tool, to below zero by their rounding.
+            variances[block, number] = np.maximum(np.einsum("mii->m", own[:, :3, :3]), 0.0)
     nu = np.array([source.nu for source in sources])
     summed = variances.sum(axis=1)
     certain = (variances**2 / nu).sum(axis=1)
@@ -68,6 +69,11 @@ def tool_uncertainty(
         effective = np.where(certain > 0, summed**2 / certain, np.inf)
         shares = np.where(summed[:, None] > 0, variances / summed[:, None], 0.0)
     return ToolUncertainty(total, effective, shares)
+
+
+def _roots(covariance: Float[Array, "pose 6 6"]) -> Float[Array, "pose 6"]:
+    """Standard uncertainties; a variance below zero is the rounding of none."""
+    return np.asarray(np.sqrt(np.maximum(np.einsum("mii->mi", covariance), 0.0)))
 
 
 def coverage_radius(

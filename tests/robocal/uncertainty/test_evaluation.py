@@ -17,6 +17,7 @@ from robocal.uncertainty.evaluation import Settings, evaluate
 from robocal.uncertainty.fitted_rows import fitted_rows
 from robocal.uncertainty.repeats import scatter_of_repeats
 from robocal.uncertainty.sources import sources_of
+from robocal.uncertainty.tool_pose import tool_uncertainty
 from robocal.uncertainty.verdict import judge_intervals
 from robocal.uncertainty.workspace_map import map_workspace
 from tests.robocal.uncertainty.campaign_bundles import Campaign, campaign
@@ -57,6 +58,18 @@ def test_parallel_axes_make_the_draws_refits_and_the_tool_stays_known(tmp_path):
     drawn = found.check.sampled.std.reshape(-1, 3)
     stated = found.tool.position_std[found.check.poses]
     np.testing.assert_allclose(drawn, stated, rtol=0.12)
+
+
+@pytest.mark.parametrize("seed", [3, 7, 10])
+def test_no_source_takes_less_than_nothing_where_open_frames_cancel_at_the_tool(tmp_path, seed):
+    """A SCARA's positions leave its frames open by metres: their rounding is no share."""
+    one = campaign(tmp_path, "abb_irb910sc", seed, full_pose=False)
+    sources = sources_of(one.fit, scatter_of_repeats(one.fit))
+    q = one.bundle.measurements.joints[:12]
+    tool = tool_uncertainty(one.fit.result.model, sources, q)
+    assert (tool.shares >= 0.0).all()
+    np.testing.assert_allclose(tool.shares.sum(axis=1), 1.0)
+    assert np.isfinite(tool.position_std).all()
 
 
 def test_everything_the_report_tells_is_plain_json(tmp_path):

@@ -122,12 +122,9 @@ def _instrument(campaign: Fields, budget: Budget) -> InstrumentNoise:
     """What the instrument states, and what the robot's repeatability and the target add to it."""
     fields = campaign.mapping("instrument")
     fields.text("kind", "laser_tracker")
-    fixed = fields.number("sigma_mm")
+    fixed = fields.deviation("sigma_mm")
     ppm = fields.number("sigma_ppm", 0.0)
-    mrad = fields.number("sigma_mrad", 0.05)
-    for name, value in (("sigma_mm", fixed), ("sigma_mrad", mrad)):
-        if value <= 0:
-            raise fields.error(name, f"must be positive, not {value:g}")
+    mrad = fields.deviation("sigma_mrad", 0.05)
     if ppm < 0:
         raise fields.error("sigma_ppm", f"must not be negative, not {ppm:g}")
     fields.finish()

@@ -17,6 +17,8 @@ _DEEPEST = 30
 """Levels of nesting; no file of ours has more than six, and the parser recurses; [1]"""
 LARGEST = 1e15
 """Numbers of this size and above are slips; their squares would overflow; any unit"""
+LEAST_DEVIATION = 1e-6
+"""Standard deviations below it are slips; their squares would underflow [mm, mrad, deg or ppm]"""
 
 
 class Fields:
@@ -87,6 +89,14 @@ class Fields:
             raise self.error(name, f"must be a finite number, not '{value}'")
         if abs(number) >= LARGEST:
             raise self.error(name, f"must be smaller than {LARGEST:g}, not '{value}'")
+        return number
+
+    def deviation(self, name: str, default: float | None = None) -> float:
+        """A standard deviation that a weight can be made of."""
+        number = self.number(name, default)
+        if number < LEAST_DEVIATION:
+            least = f"must be positive, {LEAST_DEVIATION:g} or more, not {number:g}"
+            raise self.error(name, least)
         return number
 
     def whole_number(self, name: str, default: int) -> int:

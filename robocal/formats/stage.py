@@ -91,9 +91,7 @@ def _read_arm(fields: Fields, folder: Path) -> tuple[Robot, Arm]:
 
 
 def _positive(fields: Fields, name: str, default: float | None = None) -> float:
-    value = fields.number(name, default)
-    if value <= 0:
-        raise fields.error(name, f"must be above zero, not {value:g}")
+    value = fields.deviation(name, default)
     if value > _LARGEST_SIGMA:
         raise fields.error(name, f"must not be above {_LARGEST_SIGMA:g}, not {value:g}")
     return value
@@ -120,8 +118,8 @@ def _prior_std(fields: Fields) -> Float[Array, "correction"]:
     for k, correction in enumerate(CORRECTIONS):
         if correction.field in given:
             value = given.number(correction.field)
-            if value < 0:
-                raise given.error(correction.field, "must not be negative")
+            if value != 0:
+                value = given.deviation(correction.field)
             prior_std[k] = value * correction.scale
     given.finish()
     return prior_std

@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from robocal.errors import BadInput
+from robocal.formats.fields import LEAST_DEVIATION
 from robocal.identification.cell_model import CellModel
 from robocal.kinematics.model import FRAME_PARAMETERS, LINK_IS_ANGLE, LINK_PARAMETERS
 
@@ -83,7 +84,7 @@ def own_prior(key: str, value: float) -> tuple[str, float]:
     Raises
     ------
     ValueError
-        If the unit is missing or not the parameter's, or the value is not positive.
+        If the unit is missing or not the parameter's, or the value is no sensible size.
     """
     name, _, unit = key.rpartition("_")
     if unit not in ("mm", "deg"):
@@ -91,8 +92,8 @@ def own_prior(key: str, value: float) -> tuple[str, float]:
     own = _unit(name)
     if own is not None and unit != own:
         raise ValueError(f"{name} is in {own}, so it must end in _{own}")
-    if not 0 < value < float("inf"):
-        raise ValueError(f"must be positive, not {value:g}")
+    if not LEAST_DEVIATION <= value < float("inf"):
+        raise ValueError(f"must be positive, {LEAST_DEVIATION:g} or more, not {value:g}")
     return name, value * (1e-3 if unit == "mm" else np.pi / 180.0)
 
 

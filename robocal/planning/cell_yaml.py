@@ -122,12 +122,9 @@ def _instrument(fields: Fields) -> tuple[InstrumentNoise, bool]:
     if "instrument" not in fields:
         return PLANNED_NOISE, Cell.sees_orientation
     stated = fields.mapping("instrument")
-    fixed = stated.number("sigma_mm", PLANNED_NOISE.fixed / _MM) * _MM
+    fixed = stated.deviation("sigma_mm", PLANNED_NOISE.fixed / _MM) * _MM
     per_range = stated.number("sigma_ppm", PLANNED_NOISE.per_range * 1e6) * 1e-6
-    orientation = stated.number("sigma_mrad", PLANNED_NOISE.orientation * 1e3) * 1e-3
-    for name, value in (("sigma_mm", fixed), ("sigma_mrad", orientation)):
-        if value <= 0:
-            raise stated.error(name, "must be positive")
+    orientation = stated.deviation("sigma_mrad", PLANNED_NOISE.orientation * 1e3) * 1e-3
     if per_range < 0:
         raise stated.error("sigma_ppm", "must not be negative")
     sees = stated.text("sees", "pose" if Cell.sees_orientation else "position")

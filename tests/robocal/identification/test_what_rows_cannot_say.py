@@ -84,8 +84,8 @@ def test_repeats_of_a_pose_share_its_number_without_being_told(tmp_path):
     assert len(np.unique(pose)) == 20
 
 
-@pytest.mark.parametrize("value", ["nan", "inf", "0"])
-def test_a_prior_must_be_a_positive_number(value):
+@pytest.mark.parametrize("value", ["nan", "inf", "0", "1e-300", "-1"])
+def test_a_prior_must_be_a_positive_number_of_sensible_size(value):
     with pytest.raises(BadInput, match="positive"):
         choices_of([], [], [f"a_2_mm={value}"])
 

@@ -119,13 +119,21 @@ def choices_of(fixed: list[str], free: list[str], priors: list[str]) -> Choices:
     for text in priors:
         key, _, value = text.partition("=")
         try:
-            name, std = own_prior(key, float(value))
+            name, std = own_prior(key, _number(value))
         except ValueError as error:
             raise BadInput(f"prior '{text}'", f"must look like a_2_mm=0.2: {error}") from None
         if name in prior_std:
             raise BadInput(f"prior '{text}'", f"is the second one of {name}; give one")
         prior_std[name] = std
     return Choices(frozenset(fixed), frozenset(free), prior_std)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        said = f"'{text}' is no number" if text else "its value is missing"
+        raise ValueError(f"{said}, NAME=VALUE is wanted") from None
 
 
 def prior_std(cell: CellModel, choices: Choices) -> Float[Array, "parameter"]:

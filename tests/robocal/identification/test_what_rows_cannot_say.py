@@ -90,6 +90,19 @@ def test_a_prior_must_be_a_positive_number_of_sensible_size(value):
         choices_of([], [], [f"a_2_mm={value}"])
 
 
+@pytest.mark.parametrize(
+    ("prior", "complaint"),
+    [
+        ("a_2_mm", "its value is missing, NAME=VALUE is wanted"),
+        ("a_2_mm=", "its value is missing, NAME=VALUE is wanted"),
+        ("a_2_mm=wide", "'wide' is no number, NAME=VALUE is wanted"),
+    ],
+)
+def test_a_prior_without_a_number_is_told_what_to_write(prior, complaint):
+    with pytest.raises(BadInput, match=f"prior '{prior}': must look like a_2_mm=0.2: {complaint}"):
+        choices_of([], [], [prior])
+
+
 def test_two_priors_of_one_parameter_are_refused():
     with pytest.raises(BadInput, match="is the second one of a_2"):
         choices_of([], [], ["a_2_mm=1", "a_2_mm=2"])

@@ -51,6 +51,11 @@ def plan(
     from robocal.planning.request import PlanRequest
     from robocal.robots.library import ROBOTS, load_robot
 
+    if until_mm is not None and count != "auto":
+        raise BadInput(
+            "--count and --until-mm",
+            "both ask for a number of poses; give --count alone, or --until-mm alone",
+        )
     request = PlanRequest(
         load_robot(robot) if robot in ROBOTS else read_robot(Path(robot)),
         Cell() if cell is None else read_cell(cell),

@@ -91,6 +91,7 @@ def test_wrong_poses_are_refused_by_line(call, model, tmp_path, table, complaint
         ("ur10e", "--seed", "-1"),
         ("ur10e", "--until-mm", "nan"),
         ("ur10e", "--until-mm", "0"),
+        ("ur10e", "--count", "30", "--until-mm", "0.1"),
         ("ur10e", "--colour", "red"),
     ],
 )

@@ -17,6 +17,8 @@ from robocal.formats.whole_file import write_whole
 
 _MAX_BYTES = 400_000_000
 _REMARK = "note_"
+_OTHER_SEPARATORS = {";": "';'", "\t": "tabs"}
+"""What spreadsheets put between columns where the comma is the decimal sign"""
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,13 @@ def read_table(path: Path) -> Table:
 def _check_header(file: str, header: tuple[str, ...]) -> None:
     if not any(header):
         raise BadInput(f"{file} line 1", "has no header")
+    for separator, name in _OTHER_SEPARATORS.items():
+        if len(header) == 1 and separator in header[0]:
+            raise BadInput(
+                f"{file} line 1",
+                f"has its columns separated by {name}: save it as CSV with commas between the "
+                "columns and points in the numbers",
+            )
     for position, name in enumerate(header):
         if name in header[:position]:
             raise BadInput(f"{file} line 1", f"column '{name}' is there twice")

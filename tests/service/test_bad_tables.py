@@ -38,6 +38,18 @@ TABLE = {
         column("temprature_degc", lambda _: "20"),
         "measurements.csv line 1: .*did you mean 'temperature_degc'",
     ),
+    "semicolons": (
+        edit("measurements.csv", lambda text: text.replace(",", ";")),
+        "measurements.csv line 1: has its columns separated by ';': save it as CSV with commas",
+    ),
+    "semicolons and decimal commas": (
+        edit("measurements.csv", lambda text: text.replace(",", ";").replace(".", ",")),
+        "measurements.csv line 1: has its columns separated by ';': .* points in the numbers",
+    ),
+    "tabs": (
+        edit("measurements.csv", lambda text: text.replace(",", "\t")),
+        "measurements.csv line 1: has its columns separated by tabs: save it as CSV with commas",
+    ),
     "text in a number": (
         cell(7, 3, "12,5".replace(",", ";")),
         "measurements.csv line 7: column 'j4_deg'.*12;5",
@@ -119,10 +131,6 @@ TABLE = {
         "measurements.csv: is not UTF-8",
     ),
     "zeros for a file": (content("measurements.csv", bytes(5000)), "measurements.csv"),
-    "semicolons": (
-        edit("measurements.csv", lambda text: text.replace(",", ";")),
-        "measurements.csv line 1: column 'j1_deg' is missing",
-    ),
     "no measurements": (
         lambda folder: (folder / "measurements.csv").unlink(),
         "measurements.csv: no such file",

@@ -8,7 +8,7 @@ from numpy import ndarray as Array
 from scipy.linalg import block_diag
 
 from robocal.diagnosis.circumstances import Circumstances, Reference, circumstances
-from robocal.diagnosis.extended import FittedEffect, coefficient_shifts, predict
+from robocal.diagnosis.extended import FittedEffect, coefficient_shifts, predict, refuse_lacking
 from robocal.errors import BadInput
 from robocal.frames import invert
 from robocal.identification.adequacy import Adequacy
@@ -194,15 +194,10 @@ class CalibratedRobot:
         if not self.effects:
             return T
         around = self.circumstances_of(replace(rows, position=T[:, :3, 3]))
+        refuse_lacking(around, self.effects)
         target = predict(model, around, self.effects)
         for position, axis in enumerate((target.x, target.y, target.z, target.p)):
             T[:, :3, position] = axis.T
-        if not np.isfinite(T).all():
-            row = int(np.argmax(~np.isfinite(T).all(axis=(1, 2))))
-            names = ", ".join(fitted.instance.title for fitted in self.effects)
-            raise BadInput(
-                f"line {rows.lines[row]}", f"lacks a column that the model's effects need ({names})"
-            )
         return T
 
     def circumstances_of(self, rows: MeasurementSet) -> Circumstances:

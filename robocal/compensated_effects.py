@@ -12,8 +12,7 @@ from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
 from robocal.compensation import Compensation, compensate_targets, judge, nominal_in_cell
-from robocal.diagnosis.extended import predict
-from robocal.errors import BadInput
+from robocal.diagnosis.extended import predict, refuse_lacking
 from robocal.frames import invert, rotation_vector
 from robocal.measurements import MeasurementSet
 from robocal.nominal_joints import find_nominal_joints
@@ -120,16 +119,11 @@ def acting_poses(calibrated: CalibratedRobot, rows: MeasurementSet) -> Float[Arr
     """
     T = calibrated.tool_poses(rows.joints)
     around = calibrated.circumstances_of(replace(rows, position=T[:, :3, 3]))
+    refuse_lacking(around, calibrated.effects)
     reference = calibrated.reference
     time = around.time if around.timed else np.full(len(rows), reference.time_end)
     latest = np.full(len(rows), np.iinfo(np.int64).max)
     target = predict(calibrated.model, replace(around, time=time, lines=latest), calibrated.effects)
     for position, axis in enumerate((target.x, target.y, target.z, target.p)):
         T[:, :3, position] = axis.T
-    if not np.isfinite(T).all():
-        row = int(np.argmax(~np.isfinite(T).all(axis=(1, 2))))
-        names = ", ".join(fitted.instance.title for fitted in calibrated.effects)
-        raise BadInput(
-            f"line {rows.lines[row]}", f"lacks a column that the model's effects need ({names})"
-        )
     return T

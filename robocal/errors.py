@@ -21,6 +21,10 @@ class BadInput(RobocalError):
         self.where = where
         self.reason = reason
 
+    def within(self, file: str) -> "BadInput":
+        """The same complaint about a line of a file that whoever found it did not know."""
+        return BadInput(f"{file} {self.where}", self.reason)
+
 
 class NoAnswer(RobocalError):
     """The input is sound, but the numbers do not allow the answer that was asked for."""

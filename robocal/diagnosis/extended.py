@@ -3,12 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Instance, Moves
+from robocal.errors import BadInput
 from robocal.kinematics.forward import Columns, chain
 from robocal.kinematics.model import KinematicModel
 
@@ -66,6 +67,33 @@ def predict(
         What acts besides the geometry.
     """
     return predict_at(model, rows.joints, moves_of(rows, effects))
+
+
+def refuse_lacking(rows: Circumstances, effects: tuple[FittedEffect, ...]) -> None:
+    """Complain about the first row that does not say what an effect depends on.
+
+    Raises
+    ------
+    BadInput
+        Naming its line, the columns and the effects that need them.
+    """
+    unknown = {fitted.instance: _unknown_rows(rows, fitted) for fitted in effects}
+    some = np.any([np.zeros(len(rows), dtype=bool), *unknown.values()], axis=0)
+    if not some.any():
+        return
+    row = int(np.argmax(some))
+    lacking = [instance for instance, mask in unknown.items() if mask[row]]
+    needed = {EFFECTS[instance.effect].needs.partition(",")[0] for instance in lacking}
+    names = ", ".join(instance.title for instance in lacking)
+    raise BadInput(
+        f"line {rows.lines[row]}",
+        f"lacks {' and '.join(sorted(needed))}, which the model's effects need ({names})",
+    )
+
+
+def _unknown_rows(rows: Circumstances, fitted: FittedEffect) -> Bool[Array, "row"]:
+    moves = moves_of(rows, (fitted,)).values()
+    return np.asarray(np.isnan(np.concatenate(list(moves), axis=1)).any(axis=1))
 
 
 def predict_at(model: KinematicModel, q: Float[Array, "row joint"], moves: Moves) -> Columns:

@@ -83,7 +83,10 @@ def predict_table(
     q = _complete_joints(table, robot)
     rows = replace(rows_of(table, robot), joints=q)
     asked, orientation_of = asked_for(calibrated, orientation_of)
-    T = asked.target_poses(rows)
+    try:
+        T = asked.target_poses(rows)
+    except BadInput as error:
+        raise error.within(table.file) from None
     columns: dict[str, Sequence[str]] = {name: table.text(name) for name in table.header}
     for axis, name in enumerate(POSITION):
         columns[name] = _cells(T[:, axis, 3] * 1e3, 7)

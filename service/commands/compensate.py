@@ -60,13 +60,12 @@ def compensate(
             "measure full poses and identify again, or state orientations of the flange with "
             "--orientation-of flange",
         )
-    result = compensate_robot(
-        calibrated,
-        wanted.wanted,
-        wanted.rows,
-        wanted.nominal_q,
-        in_base=frame is Frame.base,
-    )
+    try:
+        result = compensate_robot(
+            calibrated, wanted.wanted, wanted.rows, wanted.nominal_q, in_base=frame is Frame.base
+        )
+    except BadInput as error:
+        raise error.within(targets.name) from None
     write_compensated(out, wanted, robot, result)
     missed = [row for row, reach in enumerate(result.reach) if reach is not Reach.reached]
     reached = len(result.reach) - len(missed)

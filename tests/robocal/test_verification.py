@@ -42,7 +42,7 @@ def test_a_model_with_an_effect_is_verified_with_the_effect_acting():
 def test_a_model_that_depends_on_the_temperature_is_not_verified_without_one():
     arm = calibrated_arm("ur10e")
     warm = with_effect(arm.calibrated, "joint_thermal_drift", 2, "zero_rad_per_k", 1e-5)
-    with pytest.raises(BadInput, match="lacks a column that the model's effects need"):
+    with pytest.raises(BadInput, match=r"line \d+: lacks temperature_degc, which"):
         plan_verification(warm, 5, 3)
     assert len(plan_verification(warm, 5, 3, temperature=25.0).q_nominal) == 5
 

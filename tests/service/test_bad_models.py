@@ -4,10 +4,15 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from robocal.diagnosis.effect import Coefficient, Instance
+from robocal.diagnosis.extended import FittedEffect
+from robocal.formats.model_yaml import model_text, read_model
 from tests.spoilt_bundle import parametrised
 
 ROOT = Path(__file__).parents[2]
@@ -81,6 +86,37 @@ def test_wrong_poses_are_refused_by_line(call, model, tmp_path, table, complaint
     assert complaint in said
     assert (status, printed, said.count("\n")) == (2, "", 1)
     assert not out.exists()
+
+
+@pytest.mark.parametrize("command", ["predict", "compensate"])
+def test_a_row_without_what_an_effect_needs_is_named_by_file_line_and_column(
+    call, model, sound_bundle, tmp_path, command
+):
+    calibrated = read_model(model)
+    needs = Instance("joint_thermal_drift", 2, (), (Coefficient("zero_rad_per_k", 1e-3),))
+    not_needs = Instance("encoder_gain", 1, (), (Coefficient("gain", 1e-3),))
+    effects = tuple(FittedEffect(one, np.array([1e-5]), np.eye(1)) for one in (not_needs, needs))
+    warm = tmp_path / "warm.yaml"
+    warm.write_text(model_text(replace(calibrated, effects=effects)))
+    status, _, said = call(
+        command, warm, sound_bundle / "measurements.csv", "--out", tmp_path / "out.csv"
+    )
+    assert status == 2
+    assert said == (
+        "robocal: measurements.csv line 2: lacks temperature_degc, which the model's effects need "
+        "(joint_thermal_drift J2)\n"
+    )
+
+
+@pytest.mark.parametrize("command", ["predict", "compensate"])
+def test_a_row_of_an_unknown_nest_is_named_by_its_file(
+    call, model, sound_bundle, tmp_path, command
+):
+    header, first, *_ = (sound_bundle / "measurements.csv").read_text().splitlines()
+    (tmp_path / "rows.csv").write_text(f"{header},target\n{first},n9\n")
+    status, _, said = call(command, model, tmp_path / "rows.csv", "--out", tmp_path / "out.csv")
+    assert status == 2
+    assert "robocal: rows.csv line 2: target 'n9' is not in the model" in said
 
 
 @pytest.mark.parametrize(

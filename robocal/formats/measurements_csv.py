@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from robocal.errors import BadInput
+from robocal.formats.fields import LARGEST
 from robocal.formats.table import Table, read_table
 from robocal.measurements import MeasurementSet
 from robocal.robots.robot import Robot
@@ -17,6 +18,8 @@ PREDICTED_STD = ("u_x_mm", "u_y_mm", "u_z_mm")
 """Standard uncertainty of a predicted position; of measured rows the instrument states it."""
 _ONE_POSE = 0.05
 """Repeats of one pose do not differ by more [rad or m]"""
+_HEAVIEST = 1e4
+"""Four times what the largest industrial robots carry [kg]"""
 _SINGLE = (
     "distance_mm",
     "pose",
@@ -128,9 +131,9 @@ def rows_at(table: Table, robot: Robot, joints: Float[Array, "row joint"]) -> Me
         held_out=np.zeros(n_rows, dtype=bool),
         time=table.numbers("t_s"),
         temperature=table.numbers("temperature_degc"),
-        payload=table.numbers("payload_kg"),
-        speed=table.numbers("speed"),
-        settle=table.numbers("settle_s"),
+        payload=_between(table, "payload_kg", _HEAVIEST, "a mass in kg"),
+        speed=_between(table, "speed", 1.0, "a fraction of full speed"),
+        settle=_between(table, "settle_s", LARGEST, "a time in s"),
         approach=_approach(table, robot),
         commanded=_matrix(table, joint_columns(robot, "cmd")) * robot.joint_scale,
     )
@@ -150,6 +153,19 @@ def _orientation(table: Table) -> Float[Array, "row 4"]:
     whole = np.isfinite(norm)
     quaternion[whole] /= norm[whole, None]
     return quaternion
+
+
+def _between(table: Table, column: str, most: float, what: str) -> Float[Array, "row"]:
+    """A column whose numbers lie between zero and `most`."""
+    values = table.numbers(column)
+    wrong = (values < 0.0) | (values > most)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise BadInput(
+            f"{table.file} line {table.lines[row]}",
+            f"column '{column}' must be {what}, from 0 to {most:g}, not {values[row]:g}",
+        )
+    return values
 
 
 def _approach(table: Table, robot: Robot) -> Float[Array, "row joint"]:

@@ -99,7 +99,8 @@ def accept(session: Session, job: Job, accepted: Accepted, pace: Pace) -> None:
     row.campaign = campaign.id
     row.revision = life.advance(campaign)
     row.fence = job.claim.fence
-    row.speed = pace.speed / pace.full_speed
+    # A cell may state less as full speed than it drives.
+    row.speed = pace.speed / max(pace.full_speed, pace.speed)
     row.payload_kg = campaign.payload_kg
     row.t_s = elapsed(session, campaign.id, sight.robot_time_s)
     session.add(row)

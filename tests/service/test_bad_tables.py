@@ -50,6 +50,27 @@ TABLE = {
         edit("measurements.csv", lambda text: text.replace(",", "\t")),
         "measurements.csv line 1: has its columns separated by tabs: save it as CSV with commas",
     ),
+    "speed in percent": (
+        column("speed", lambda row: "50" if row == 2 else "1"),
+        "measurements.csv line 4: column 'speed' must be a fraction of full speed, from 0 to 1, "
+        "not 50",
+    ),
+    "speed below zero": (
+        column("speed", lambda row: "-1" if row == 2 else "0"),
+        "measurements.csv line 4: column 'speed' must be .*, not -1",
+    ),
+    "settled before it stopped": (
+        column("settle_s", lambda _: "-1"),
+        "measurements.csv line 2: column 'settle_s' must be a time in s, from 0 .*, not -1",
+    ),
+    "payload that lifts": (
+        column("payload_kg", lambda _: "-5"),
+        "measurements.csv line 2: column 'payload_kg' must be a mass in kg, from 0 .*, not -5",
+    ),
+    "payload that nothing carries": (
+        column("payload_kg", lambda _: "1e9"),
+        "measurements.csv line 2: column 'payload_kg' must be .* to 10000, not 1e.09",
+    ),
     "text in a number": (
         cell(7, 3, "12,5".replace(",", ";")),
         "measurements.csv line 7: column 'j4_deg'.*12;5",

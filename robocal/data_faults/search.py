@@ -15,6 +15,7 @@ from robocal.data_faults.hypotheses import (
     CERTAINLY_CLEAN,
     Candidate,
     Explanation,
+    chain_length,
     explain,
     plausible_error,
     unseen,
@@ -34,12 +35,15 @@ from robocal.data_faults.tool_rotation import fit_orientations, misfit_as_writte
 from robocal.errors import BadInput, NoAnswer
 from robocal.formats.bundle import Bundle
 from robocal.progress import tell
+from robocal.robots.robot import Robot
 
 _SAME_JOINTS = 4
 """Decimals of joint readings that tell poses apart [rad or m]; [1]"""
 _LEAST_POSES = 5
 _DOUBTFUL_ANGLE = 0.15
 """Orientations that miss by more are not those of this target [rad]"""
+_SHORTEST_ROBOT = 0.03
+"""Sum of link lengths below which they are taken for metres; ten metres would read 10 mm [m]"""
 _UNEXPLAINED = (
     "and no slip of unit, sign, zero, column or row order, mirror or pair of these explains it"
 )
@@ -54,7 +58,7 @@ def find_slips(bundle: Bundle) -> tuple[Slip, ...]:
     Raises
     ------
     BadInput
-        If the points stay the same while the joints move.
+        If the points stay the same while the joints move, or the robot has no length to speak of.
     NoAnswer
         If the data do not fit this robot, and no slip that is known explains it.
 
@@ -62,6 +66,7 @@ def find_slips(bundle: Bundle) -> tuple[Slip, ...]:
     ----------
     .. [1] docs/data_faults.md lists what is tried and how surely it is named.
     """
+    _refuse_robot_in_metres(bundle.robot)
     _refuse_stuck_points(bundle)
     slips = _slips_of_points(bundle)
     refuse_missed_lengths(_mended(bundle, slips))
@@ -86,6 +91,17 @@ def _slips_of_points(bundle: Bundle) -> tuple[Slip, ...]:
     if last is not None:
         refuse_misfit(mended, last.fit, _UNEXPLAINED)
     return slips
+
+
+def _refuse_robot_in_metres(robot: Robot) -> None:
+    """Complain about a nominal arm that is too short before the measurements are blamed for it."""
+    length = chain_length(robot)
+    if 0.0 < length < _SHORTEST_ROBOT:
+        raise BadInput(
+            "robot.yaml",
+            f"all links of robot '{robot.name}' together are {length * 1e3:.3g} mm long, so its "
+            "lengths (d_mm, a_mm) look like metres: multiply them by 1000",
+        )
 
 
 def _refuse_stuck_points(bundle: Bundle) -> None:

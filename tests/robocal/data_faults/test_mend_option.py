@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from service.cli import main
 from tests.robocal.data_faults import spoiled
@@ -101,4 +102,19 @@ def test_mend_writes_no_model_where_nothing_explains_the_misfit(call, tmp_path):
     assert (status, out) == (3, "")
     assert "the data do not fit robot 'ur10e'" in complaint
     assert complaint.count("\n") == 1
+    assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize("mend", [(), ("--mend",)])
+def test_a_robot_in_metres_is_blamed_and_not_the_measurements(call, tmp_path, mend):
+    Campaign("staubli_tx60", seed=1, rows=48).measure().write(tmp_path / "b", "staubli_tx60")
+    path = tmp_path / "b" / "robot.yaml"
+    robot = yaml.safe_load(path.read_text())
+    for joint in robot["joints"]:
+        joint["a_mm"], joint["d_mm"] = joint["a_mm"] / 1000, joint["d_mm"] / 1000
+    path.write_text(yaml.safe_dump(robot))
+    status, out, complaint = call("identify", tmp_path / "b", "--out", tmp_path / "o", *mend)
+    assert (status, out) == (2, "")
+    assert complaint.startswith("robocal: robot.yaml: all links of robot 'staubli-tx60")
+    assert "(d_mm, a_mm) look like metres: multiply them by 1000" in complaint
     assert not (tmp_path / "o").exists()

@@ -17,7 +17,7 @@ _DEEPEST = 30
 """Levels of nesting; no file of ours has more than six, and the parser recurses; [1]"""
 LARGEST = 1e15
 """Numbers of this size and above are slips; their squares would overflow; any unit"""
-LEAST_DEVIATION = 1e-6
+LEAST_DEVIATION = 1e-9
 """Standard deviations below it are slips; their squares would underflow [mm, mrad, deg or ppm]"""
 
 

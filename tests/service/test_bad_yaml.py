@@ -44,11 +44,11 @@ YAML = {
     ),
     "sigma whose square is zero": (
         replaced("campaign.yaml", "sigma_mm: 0.015", "sigma_mm: 1.0e-200"),
-        "campaign.yaml line 3: field 'instrument.sigma_mm' must be positive, 1e-06 or more",
+        "campaign.yaml line 3: field 'instrument.sigma_mm' must be positive, 1e-09 or more",
     ),
     "prior whose square is zero": (
         campaign("parameters: {prior_std: {a_2_mm: 1.0e-200}}"),
-        "campaign.yaml line 5: field 'parameters.prior_std.a_2_mm' must be positive, 1e-06 or more",
+        "campaign.yaml line 5: field 'parameters.prior_std.a_2_mm' must be positive, 1e-09 or more",
     ),
     "sigma in words": (
         replaced("campaign.yaml", "sigma_mm: 0.015", "sigma_mm: small"),

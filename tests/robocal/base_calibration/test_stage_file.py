@@ -218,14 +218,14 @@ def test_a_touch_beyond_the_joint_limits_is_refused(folder, tmp_path, call):
 
 
 BAD = [
-    ("stage.yaml", "sigma_slide_mm: 0.05", "sigma_slide_mm: 0", "must be positive, 1e-06 or more"),
+    ("stage.yaml", "sigma_slide_mm: 0.05", "sigma_slide_mm: 0", "must be positive, 1e-09 or more"),
     ("stage.yaml", "sigma_slide_mm: 0.05", "sigma_slide_mm: 1e9", "must not be above 1000"),
     ("stage.yaml", "level_in_master", "sigma_level_mrad: 1.0e-200\n  level_in_master",
-     "field 'stage.sigma_level_mrad' must be positive, 1e-06 or more, not 1e-200"),
+     "field 'stage.sigma_level_mrad' must be positive, 1e-09 or more, not 1e-200"),
     ("stage.yaml", "level_in_master", "prior_std: {rod_zero_mm: 1.0e-200}\n  level_in_master",
-     "field 'stage.prior_std.rod_zero_mm' must be positive, 1e-06 or more, not 1e-200"),
+     "field 'stage.prior_std.rod_zero_mm' must be positive, 1e-09 or more, not 1e-200"),
     ("stage.yaml", "master:", "master:\n  sigma_mm: 1.0e-100",
-     "field 'master.sigma_mm' must be positive, 1e-06 or more, not 1e-100"),
+     "field 'master.sigma_mm' must be positive, 1e-09 or more, not 1e-100"),
     ("stage.yaml", "master:", "master:\n  sigma_joint_mrad: -5", "must not be negative"),
     ("stage.yaml", "sigma_slide_mm", "sigma_slid_mm", "field 'stage.sigma_slide_mm' is missing"),
     ("stage.yaml", "level_in_slave: false", "level_in_slave: perhaps", "must be true or false"),

@@ -12,18 +12,29 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot, Provenance
-from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.extended import FittedEffect
-from robocal.diagnosis.joint_fit import whitened_residual
-from robocal.diagnosis.linearised import linearise
-from robocal.formats.bundle import Bundle
+from robocal.errors import BadInput
+from robocal.formats.bundle import Bundle, RejectedRow
+from robocal.frames_fit import (
+    FittedFrames,
+    FramesProblem,
+    fit_frames,
+    fit_without_outliers,
+    frames_adequacy,
+    without_effects,
+)
+from robocal.identification.adequacy import Adequacy
 from robocal.identification.cell_model import CellModel
+from robocal.identification.identify import summarise
 from robocal.identification.observations import Observations
+from robocal.identification.outliers import named_outliers
 from robocal.identification.prepared import Prepared, prepare
 from robocal.identification.priors import Choices
+from robocal.identification.result import ResidualSummary
 from robocal.identification.simultaneous import identify_simultaneously
-from robocal.identification.solve import frames_alone
-from robocal.measurements import MeasurementSet
+from robocal.identification.solve import frames_problem
+from robocal.kinematics.model import parameter_names
+from robocal.robots.robot import Robot
 
 OF_THE_SESSION = frozenset({
     "base_drift",
@@ -33,11 +44,10 @@ OF_THE_SESSION = frozenset({
     "instrument_scale",
     "instrument_angle",
 })
+_JUMPED = "encoder_step"
+"""Its end is where the joint zero stays."""
 _WORSE = 0.02
 """Share of the squared residual that an effect has to cost to be left behind; [1]"""
-_STEPS = 8
-_STANDSTILL = 1e-9
-"""[m, rad]"""
 
 
 @dataclass(frozen=True)
@@ -45,20 +55,36 @@ class Stationed:
     """The robot at its new station, and how well it fits there."""
 
     calibrated: CalibratedRobot
-    distance: Float[Array, "row"]
-    """Of every row's target from its prediction [m]."""
-    held_out: Bool[Array, "row"]
+    fit: ResidualSummary
+    held_out: ResidualSummary | None
+    adequacy: Adequacy
+    """Of the rows that took part, whatever was said of the model before."""
+    outliers: tuple[RejectedRow, ...]
     left_behind: tuple[str, ...]
     """Effects of the earlier session, which the new model lacks."""
 
-    def rms(self, *, held_out: bool) -> float:
-        """Of the distances of one kind of rows [m]; NaN without any."""
-        chosen = self.distance[self.held_out == held_out]
-        return float(np.sqrt(np.mean(chosen**2))) if len(chosen) else float("nan")
+
+def on_known_robot(calibrated: CalibratedRobot, bundle: Bundle) -> Bundle:
+    """The bundle with the calibrated robot, as its earlier session ended, for the nominal one.
+
+    Raises
+    ------
+    BadInput
+        If the bundle is of a robot with other joints.
+    """
+    known = calibrated.robot
+    if not np.array_equal(known.geometry.prismatic, bundle.robot.geometry.prismatic):
+        raise BadInput(
+            "robot.yaml",
+            f"robot '{bundle.robot.name}' has {_joints_of(bundle.robot)}, the model is of "
+            f"'{known.name}' with {_joints_of(known)}; give a bundle measured on that robot",
+        )
+    geometry = replace(known.geometry, links=_links_now(calibrated))
+    return replace(bundle, robot=replace(known, geometry=geometry))
 
 
 def station(calibrated: CalibratedRobot, bundle: Bundle, provenance: Provenance) -> Stationed:
-    """Fit base and tool alone to the fit rows of a bundle of single-target poses.
+    """Fit base, tool and nests alone to the fit rows of a bundle.
 
     Parameters
     ----------
@@ -67,78 +93,125 @@ def station(calibrated: CalibratedRobot, bundle: Bundle, provenance: Provenance)
     bundle
         The same robot, measured where it stands now.
     provenance
-        Of the new model; how adequate it is stays what was said of the one learnt elsewhere.
+        Of the new model, which is as adequate as it is here, and never more than it was elsewhere.
 
     Raises
     ------
     BadInput
-        If the rows do not show base and tool.
+        If the bundle is of another robot, its rows do not show base and tool, or they lack a
+        column that an effect of the model needs.
     """
+    bundle = on_known_robot(calibrated, bundle)
     kept = tuple(f for f in calibrated.effects if f.instance.effect not in OF_THE_SESSION)
-    robot = replace(
-        bundle.robot,
-        geometry=replace(bundle.robot.geometry, links=_links_now(calibrated)),
+    lasting = tuple(f for f in kept if f.instance.effect != _JUMPED)
+    links = parameter_names(bundle.robot.n_joints)[: 5 * bundle.robot.n_joints]
+    ready = prepare(bundle, Choices(fixed=frozenset(links)))
+    replace(calibrated, effects=lasting).poses_of(ready.rows)
+    problem = _problem(calibrated, bundle, ready)
+    clean = problem.choose(fit_without_outliers(problem, lasting).used)
+    carried = _carried_over(clean, lasting)
+    moved = fit_without_outliers(problem, carried)
+    there = _there(calibrated, bundle, problem, moved.frames, carried)
+    adequacy = frames_adequacy(there, problem.choose(moved.used), moved.frames)
+    stated = _never_better(provenance.judged_by(adequacy), calibrated.provenance)
+    held_out = ready.rows.held_out
+    fitted = ~held_out
+    fitted[fitted] = moved.used
+    gone = [f for f in calibrated.effects if f not in carried and f.instance.effect != _JUMPED]
+    return Stationed(
+        replace(there, provenance=stated),
+        _summary(there, ready, problem.choose(moved.used).rows, moved.frames.cell, fitted),
+        _summary(there, ready, ready.observe(bundle, held_out), moved.frames.cell, held_out)
+        if held_out.any()
+        else None,
+        adequacy,
+        named_outliers(ready.rows.lines[~held_out], moved.scores, ~moved.used),
+        tuple(fitted.instance.title for fitted in gone),
     )
-    lasting = tuple(f for f in kept if f.instance.effect != "encoder_step")
-    ready = prepare(replace(bundle, robot=robot), Choices())
+
+
+def _problem(calibrated: CalibratedRobot, bundle: Bundle, ready: Prepared) -> FramesProblem:
+    """The rows to fit, and where frames without any effect begin."""
     rows = ready.observe(bundle, ~ready.rows.held_out)
-    cell = frames_alone(ready.start, rows, ready.choices, identify_simultaneously).cell
-    carried = _carried_over(calibrated, ready, rows, cell, lasting)
-    moved = _fit_frames(calibrated, ready, rows, cell, carried)
-    session = [f for f in calibrated.effects if f.instance.effect in OF_THE_SESSION]
-    gone = [*session, *(f for f in lasting if f not in carried)]
-    there = replace(
-        calibrated,
-        model=moved.cell.geometry.with_frames_as_origin(),
-        covariance=moved.covariance,
-        gravity=bundle.gravity,
-        provenance=replace(provenance, adequacy=calibrated.provenance.adequacy),
-        effects=carried,
-        targets=moved.cell.targets,
-        tool_known=bundle.tool_known,
-        tool_rotation_known=bundle.tool_rotation_known,
-        coefficient_covariance=_kept_covariance(calibrated, carried),
-    )
-    T = there.target_poses(ready.rows)
-    distance = np.linalg.norm(ready.rows.position - T[:, :3, 3], axis=1)
-    names = tuple(fitted.instance.title for fitted in gone)
-    return Stationed(there, distance, ready.rows.held_out, names)
-
-
-@dataclass(frozen=True)
-class _Frames:
-    """Fitted base and tool."""
-
-    cell: CellModel
-    covariance: Float[Array, "parameter parameter"]
-    chi_square: float
-    """Of the positions, where there are any."""
+    alone = frames_problem(ready.start, rows, ready.choices)
+    cell = identify_simultaneously(alone).cell
+    model = cell.geometry.with_frames_as_origin()
+    around = replace(calibrated, model=model).circumstances_of(ready.rows.fit_rows)
+    return FramesProblem(cell, rows, around, alone.free)
 
 
 def _carried_over(
-    calibrated: CalibratedRobot,
-    ready: Prepared,
-    rows: Observations,
-    cell: CellModel,
-    effects: tuple[FittedEffect, ...],
+    problem: FramesProblem, effects: tuple[FittedEffect, ...]
 ) -> tuple[FittedEffect, ...]:
     """Leave behind, kind by kind and joint by joint, what makes the new rows fit worse.
 
     What depended on the earlier station, an instrument's circle taken for a gear of joint 1 say,
     shows by that; no number is fitted, so few rows tell.
     """
-    now = _fit_frames(calibrated, ready, rows, cell, effects).chi_square
+    now = fit_frames(problem, effects).chi_square
     while True:
         places = dict.fromkeys((f.instance.effect, f.instance.joint) for f in effects)
         tried = [
             tuple(f for f in effects if (f.instance.effect, f.instance.joint) != place)
             for place in places
         ]
-        found = [_fit_frames(calibrated, ready, rows, cell, rest).chi_square for rest in tried]
+        found = [fit_frames(problem, rest).chi_square for rest in tried]
         if not found or min(found) > (1.0 - _WORSE) * now:
             return effects
         best = int(np.argmin(found))
         effects, now = tried[best], found[best]
+
+
+def _there(
+    calibrated: CalibratedRobot,
+    bundle: Bundle,
+    problem: FramesProblem,
+    frames: FittedFrames,
+    carried: tuple[FittedEffect, ...],
+) -> CalibratedRobot:
+    """The robot in its new frames."""
+    n = frames.cell.geometry.n_parameters
+    covariance = calibrated.covariance.copy()
+    covariance[-12:] = covariance[:, -12:] = 0.0
+    of_robot = problem.free < n
+    own = problem.free[of_robot]
+    covariance[np.ix_(own, own)] = frames.covariance[np.ix_(of_robot, of_robot)]
+    return replace(
+        calibrated,
+        model=frames.cell.geometry.with_frames_as_origin(),
+        covariance=covariance,
+        gravity=bundle.gravity,
+        effects=carried,
+        targets=frames.cell.targets,
+        tool_known=bundle.tool_known,
+        tool_rotation_known=bundle.tool_rotation_known,
+        coefficient_covariance=_kept_covariance(calibrated, carried),
+    )
+
+
+def _summary(
+    there: CalibratedRobot,
+    ready: Prepared,
+    rows: Observations,
+    cell: CellModel,
+    chosen: Bool[Array, "row"],
+) -> ResidualSummary:
+    """What is left of some rows, each with its true predecessor."""
+    around = there.circumstances_of(ready.rows).rows(chosen)
+    return summarise(cell, without_effects(cell, rows, around, there.effects))
+
+
+def _never_better(found: Provenance, learnt: Provenance) -> Provenance:
+    """The verdict found here, unless the robot was called inadequate where it was learnt."""
+    worse = learnt.inadequate and not found.inadequate
+    return replace(found, adequacy=learnt.adequacy) if worse else found
+
+
+def _joints_of(robot: Robot) -> str:
+    """How many joints, and which of them slide: `4 joints (3 prismatic)`."""
+    sliding = [str(joint + 1) for joint in np.flatnonzero(robot.geometry.prismatic)]
+    kinds = f" ({', '.join(sliding)} prismatic)" if sliding else ""
+    return f"{robot.n_joints} joints{kinds}"
 
 
 def _links_now(calibrated: CalibratedRobot) -> Float[Array, "joint 5"]:
@@ -146,40 +219,9 @@ def _links_now(calibrated: CalibratedRobot) -> Float[Array, "joint 5"]:
     links = calibrated.model.links.copy()
     for fitted in calibrated.effects:
         joint = fitted.instance.joint
-        if fitted.instance.effect == "encoder_step" and joint is not None:
+        if fitted.instance.effect == _JUMPED and joint is not None:
             links[joint - 1, int(calibrated.model.prismatic[joint - 1])] += fitted.values[0]
     return links
-
-
-def _fit_frames(
-    calibrated: CalibratedRobot,
-    ready: Prepared,
-    rows: Observations,
-    cell: CellModel,
-    effects: tuple[FittedEffect, ...],
-) -> _Frames:
-    """Gauss-Newton over the frames with the effects acting."""
-    n = cell.geometry.n_parameters
-    free = np.arange(n - 12, n if rows.has_orientation else n - 3)
-    around = _around(calibrated, cell, ready.rows.rows(~ready.rows.held_out))
-    for _ in range(_STEPS):
-        fit = linearise(cell, rows, free, np.zeros(len(free)))
-        residual = whitened_residual(cell, rows, around, effects)
-        step = np.linalg.lstsq(fit.known, residual, rcond=None)[0]
-        vector = cell.vector
-        vector[free] += step
-        cell = cell.with_vector(vector)
-        if (np.abs(step) < _STANDSTILL).all():
-            break
-    covariance = calibrated.covariance.copy()
-    covariance[-12:] = covariance[:, -12:] = 0.0
-    covariance[np.ix_(free, free)] = np.linalg.pinv(fit.known.T @ fit.known)
-    judged = rows
-    if rows.has_position:
-        # Places are what the model is for; an orientation tells the frames, not what to carry.
-        judged = replace(rows, orientation_weight=np.zeros(len(rows)))
-    residual = whitened_residual(cell, judged, around, effects)
-    return _Frames(cell, covariance, float(residual @ residual))
 
 
 def _kept_covariance(
@@ -194,8 +236,3 @@ def _kept_covariance(
     rows = calibrated.joint_covariance[n:][kept]
     rows[:, n - 12 : n] = 0.0
     return np.asarray(np.concatenate([rows[:, :n], rows[:, n:][:, kept]], axis=1))
-
-
-def _around(calibrated: CalibratedRobot, cell: CellModel, rows: MeasurementSet) -> Circumstances:
-    model = cell.geometry.with_frames_as_origin()
-    return replace(calibrated, model=model).circumstances_of(rows)

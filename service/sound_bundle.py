@@ -23,10 +23,23 @@ def read_sound(folder: Path) -> Bundle:
     """
     bundle = read_bundle(folder)
     prepare(bundle, bundle.choices)
+    refuse_slips(bundle)
+    return bundle
+
+
+def refuse_slips(bundle: Bundle) -> None:
+    """Make sure that no slip is left.
+
+    Raises
+    ------
+    BadInput
+        Naming the slips with their mends.
+    NoAnswer
+        If the readings are not of this robot.
+    """
     slips = find_slips(bundle)
     if slips:
         raise BadInput("measurements.csv", said(slips))
-    return bundle
 
 
 def said(slips: tuple[Slip, ...]) -> str:

@@ -34,9 +34,10 @@ from robocal.diagnosis.step_sweep import STEPS
 from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import chosen_rows, evenly
 from robocal.diagnosis.unseen import Unseen, unseen
-from robocal.formats.bundle import Bundle, RejectedRow
+from robocal.formats.bundle import Bundle
 from robocal.frames import invert
 from robocal.identification.adequacy import judge
+from robocal.identification.outliers import named_outliers
 from robocal.identification.prepared import Prepared, prepare
 from robocal.identification.priors import prior_centre
 from robocal.identification.simultaneous import identify_simultaneously
@@ -197,7 +198,7 @@ def _diagnosis(
         adequacy=adequacy,
         effects=tuple(effects),
         unusable=bundle.rejected,
-        outliers=_outliers(measured.lines[~held_out], solution),
+        outliers=named_outliers(measured.lines[~held_out], solution.scores, ~solution.used),
         depends_on=depends,
         gain=gain_of(judged.by_geometry(), judged.with_all(), judged.pose),
         noise_floor=targets.some(judged.rows).noise_floor(bundle.instrument),
@@ -239,14 +240,6 @@ def _once(depends: tuple[Dependence, ...]) -> tuple[Dependence, ...]:
     ordered = sorted(depends, key=lambda dependence: dependence.p_value)
     strongest = {dependence.covariate: dependence for dependence in reversed(ordered)}
     return tuple(sorted(strongest.values(), key=lambda dependence: dependence.p_value))
-
-
-def _outliers(lines: Array, solution: Solution) -> tuple[RejectedRow, ...]:
-    """Rows that were left out, by their lines of the file."""
-    return tuple(
-        RejectedRow(int(lines[row]), f"outlier, {solution.scores.sigmas[row]:.1f} sigma")
-        for row in np.flatnonzero(~solution.used)
-    )
 
 
 def _verdict(found: JointFit, *, adequate: bool) -> Verdict:

@@ -19,6 +19,7 @@ from robocal.diagnosis.linearised import Linearised, linearise
 from robocal.identification.cell_model import CellModel
 from robocal.identification.observations import Observations
 from robocal.identification.problem import rotation_residual
+from robocal.identification.solve import scaled_inverse
 from robocal.identification.strategy import Problem
 
 _MAX_STEPS = 6
@@ -87,7 +88,7 @@ class JointFit:
         """
         weight = self.scale**-2.0
         precision = self.fit.precision
-        covariance = _inverse(weight * self.gram + np.diag(precision))
+        covariance = scaled_inverse(weight * self.gram + np.diag(precision))
         moved = covariance @ (self.pull * (weight - 1.0))
         n_free = len(self.fit.free)
         values = np.concatenate([f.values for f in self.effects] or [np.zeros(0)])
@@ -157,7 +158,7 @@ def fit_jointly(
     )
     A = fit.known
     gram = A.T @ A
-    covariance = _inverse(gram + np.diag(fit.precision))
+    covariance = scaled_inverse(gram + np.diag(fit.precision))
     std = np.sqrt(np.diag(covariance))
     n_free = len(problem.free)
     x = np.concatenate([start.vector[problem.free], coefficients])
@@ -175,13 +176,6 @@ def fit_jointly(
     r = whitened_residual(cell, problem.rows, rows, effects)
     pull = fit.precision * (x - centre)
     return JointFit(cell, effects, covariance, replace(fit, r=r), gram, pull)
-
-
-def _inverse(hessian: Float[Array, "n n"]) -> Float[Array, "n n"]:
-    """Through its scaled form: unknowns are in m, rad and whatever effects come in."""
-    scale = 1.0 / np.sqrt(np.diag(hessian))
-    scaled = np.linalg.inv(hessian * np.outer(scale, scale))
-    return np.asarray(0.5 * (scaled + scaled.T) * np.outer(scale, scale))
 
 
 def effect_columns(

@@ -5,6 +5,7 @@ from dataclasses import asdict
 import numpy as np
 
 from robocal.formats.robot_yaml import frame_document
+from robocal.identification.adequacy import Adequacy
 from robocal.identification.result import AXES_OF_STD, Identification, ResidualSummary
 from robocal.identification.validation import Folds
 from robocal.kinematics.model import LINK_IS_ANGLE, LINK_PARAMETERS
@@ -42,7 +43,7 @@ def identification_document(
         "strategy": result.strategy,
         "iterations": result.iterations,
         "converged": result.converged,
-        "adequacy": _adequacy(result),
+        "adequacy": adequacy_document(result.adequacy),
         "residuals": {
             "fit": _residuals(result.fit),
             "held_out": {} if result.held_out is None else _residuals(result.held_out),
@@ -105,8 +106,8 @@ def _own_priors(result: Identification) -> dict[str, float]:
     }
 
 
-def _adequacy(result: Identification) -> dict[str, object]:
-    adequacy = result.adequacy
+def adequacy_document(adequacy: Adequacy) -> dict[str, object]:
+    """Verdict, figure and sentence."""
     some = adequacy.nu > 0
     return {
         "verdict": "adequate" if adequacy.adequate else "inadequate",

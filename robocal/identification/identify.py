@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from numpy import ndarray as Array
 
 from robocal.errors import BadInput
@@ -12,7 +12,7 @@ from robocal.identification.adequacy import judge
 from robocal.identification.cell_model import CellModel
 from robocal.identification.drift_errors import common_information
 from robocal.identification.observations import Observations
-from robocal.identification.outliers import RowScores, score_rows
+from robocal.identification.outliers import named_outliers, score_rows
 from robocal.identification.prepared import Prepared, prepare
 from robocal.identification.priors import Choices, prior_centre
 from robocal.identification.problem import residuals
@@ -97,13 +97,13 @@ def _result(
     if shared is not None:
         nu -= float(np.sum(covariance * shared))
         covariance = covariance + covariance @ shared @ covariance
-    rejected = _named(lines, solution.scores, ~solution.used)
+    rejected = named_outliers(lines, solution.scores, ~solution.used)
     suspect: tuple[RejectedRow, ...] = ()
     if held_out is not None:
         took_part = np.zeros(len(held_out), dtype=bool)
         scale = solution.scores.scale
         scores = score_rows(cell, held_out, problem.free, covariance_of(fit), took_part, scale)
-        suspect = _named(ready.rows.lines[ready.rows.held_out], scores, scores.outlying)
+        suspect = named_outliers(ready.rows.lines[ready.rows.held_out], scores, scores.outlying)
     return Identification(
         nominal=bundle.robot.geometry,
         cell=replace(cell, geometry=cell.geometry.with_frames_as_origin()),
@@ -140,12 +140,3 @@ def _shared_error(ready: Prepared, solution: Solution) -> Float[Array, "free fre
         return None
     problem = solution.problem
     return common_information(solution.fit.cell, problem.rows, problem.free, errors)
-
-
-def _named(
-    lines: Float[Array, "row"] | Array, scores: RowScores, which: Bool[Array, "row"]
-) -> tuple[RejectedRow, ...]:
-    return tuple(
-        RejectedRow(int(lines[row]), f"outlier, {scores.sigmas[row]:.1f} sigma")
-        for row in np.flatnonzero(which)
-    )

@@ -18,6 +18,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 from scipy.special import gammaincc, gammaincinv
 
+from robocal.formats.bundle import RejectedRow
 from robocal.identification.cell_model import CellModel
 from robocal.identification.observations import Observations
 from robocal.identification.problem import whitened_blocks
@@ -91,6 +92,16 @@ def score_rows(
     # The worst of several parts is judged, so its chance counts as often as there are parts.
     chance = np.minimum(1.0, chances.min(axis=0) * np.maximum(there.sum(axis=0), 1))
     return RowScores(np.sqrt(squares.max(axis=0)) / scale, chance, scale)
+
+
+def named_outliers(
+    lines: Int[Array, "row"], scores: RowScores, which: Bool[Array, "row"]
+) -> tuple[RejectedRow, ...]:
+    """Some rows by their lines of the file, each with how far it is off."""
+    return tuple(
+        RejectedRow(int(lines[row]), f"outlier, {scores.sigmas[row]:.1f} sigma")
+        for row in np.flatnonzero(which)
+    )
 
 
 def _robust_scale(ratio: Float[Array, "part row"], judged: Bool[Array, "part row"]) -> float:

@@ -16,9 +16,7 @@ from robocal.identification.lengths_start import locate_anchor, start_from_lengt
 from robocal.identification.observations import Observations, observations
 from robocal.identification.priors import Choices
 from robocal.identification.problem import residuals
-from robocal.identification.solve import (
-    full_rank,
-)
+from robocal.identification.solve import frames_rank, full_rank
 from robocal.identification.station_drift import StationDrift, find_drift, remove_drift
 from robocal.kinematics.model import FRAME_PARAMETERS
 from robocal.measurements import MeasurementSet
@@ -68,7 +66,7 @@ def prepare(bundle: Bundle, choices: Choices) -> Prepared:
     )
     fit_rows = observations(rows.fit_rows, bundle.instrument, place_names)
     start = _start(bundle, fit_rows, place_names, choices)
-    _refuse_too_few(bundle, fit_rows, start)
+    _refuse_too_few(bundle, fit_rows, start, choices)
     choices = _with_known_places(bundle, choices, place_names)
     if not fit_rows.has_position and fit_rows.has_distance:
         anchor = frozenset(f"anchor_{axis}" for axis in AXES)
@@ -217,8 +215,10 @@ def _refuse_unknown_targets(bundle: Bundle) -> None:
             )
 
 
-def _refuse_too_few(bundle: Bundle, rows: Observations, start: CellModel) -> None:
-    wanted = full_rank(start, rows)
+def _refuse_too_few(bundle: Bundle, rows: Observations, start: CellModel, choices: Choices) -> None:
+    links = start.names[: 5 * start.geometry.n_joints]
+    open_links = sum(name not in choices.fixed for name in links)
+    wanted = min(full_rank(start, rows), open_links + frames_rank(start, rows))
     _, first = np.unique(np.round(rows.joints, 6), axis=0, return_index=True)
     different = int(rows.scalars_of_row[first].sum()) * max(len(start.place_names), 1)
     if min(rows.n_scalars, different) < wanted:

@@ -27,7 +27,7 @@ _GENERIC_ROWS = 60
 _GENERIC_TURN, _GENERIC_SLIDE = 1.5, 0.3
 """How far joints are spread to see what well-spread poses would tell [rad], [m]"""
 _MAX_SECOND_LOOKS = 3
-_MAX_REJECTIONS = 10
+MAX_REJECTIONS = 10
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,12 @@ class Solution:
 
 
 def covariance_of(fit: Fit) -> Float[Array, "free free"]:
-    """Inverse of the Hessian, through its scaled form: parameters are in m and in rad."""
-    hessian = fit.minimum.hessian
+    """Inverse of the Hessian."""
+    return scaled_inverse(fit.minimum.hessian)
+
+
+def scaled_inverse(hessian: Float[Array, "n n"]) -> Float[Array, "n n"]:
+    """Inverse through the scaled form: unknowns are in m, rad and whatever effects come in."""
     scale = 1.0 / np.sqrt(np.diag(hessian))
     scaled = np.linalg.inv(hessian * np.outer(scale, scale))
     return np.asarray(0.5 * (scaled + scaled.T) * np.outer(scale, scale))
@@ -97,10 +101,15 @@ def _columns(
 
 def frames_alone(start: CellModel, rows: Observations, choices: Choices, how: Strategy) -> Fit:
     """Nominal links; base, tool, nests and anchor fitted."""
+    return how(frames_problem(start, rows, choices))
+
+
+def frames_problem(start: CellModel, rows: Observations, choices: Choices) -> Problem:
+    """Base, tool, nests and anchor, as far as the rows show them."""
     std = prior_std(start, choices)
     std[: 5 * start.geometry.n_joints] = 0.0
     free = np.sort(np.array(column_kinds(start, rows, std).taken, dtype=int))
-    return how(problem_of(start, rows, free, std))
+    return problem_of(start, rows, free, std)
 
 
 def solve(
@@ -176,7 +185,7 @@ def solve_without_outliers(
     """Like `solve`, leaving out rows that do not belong; every row is judged anew in each round."""
     tell("fitting the geometry")
     solution = solve(start, rows, choices, how, centre)
-    for _ in range(_MAX_REJECTIONS):
+    for _ in range(MAX_REJECTIONS):
         used = ~solution.scores.outlying
         if (used == solution.used).all() or used.sum() * 2 < len(rows):
             break
@@ -208,12 +217,20 @@ def full_rank(cell: CellModel, rows: Observations) -> int:
     4 a revolute joint, 2 a prismatic one, and the frames: 6 for full poses, 3 a measured point,
     less 3 where only lengths were measured.
     """
-    geometry = cell.geometry
-    prismatic = int(np.count_nonzero(geometry.prismatic))
-    chain = 4 * (geometry.n_joints - prismatic) + 2 * prismatic
+    prismatic = int(np.count_nonzero(cell.geometry.prismatic))
+    chain = 4 * (cell.geometry.n_joints - prismatic) + 2 * prismatic
+    return chain + _targets_rank(cell, rows)
+
+
+def frames_rank(cell: CellModel, rows: Observations) -> int:
+    """Parameters of base, tool and nests that such rows determine of a robot that is known."""
+    return 6 + _targets_rank(cell, rows)
+
+
+def _targets_rank(cell: CellModel, rows: Observations) -> int:
     if rows.has_orientation:
-        return chain + 6 + 3 * len(cell.place_names)
-    return chain + 3 * len(np.unique(rows.place)) - (0 if rows.has_position else 3)
+        return 6 + 3 * len(cell.place_names)
+    return 3 * len(np.unique(rows.place)) - (0 if rows.has_position else 3)
 
 
 def _with_unexercised(

@@ -45,7 +45,7 @@ def main() -> int:
         choices[f"drawn {seed}"] = drawn
     for name, chosen in choices.items():
         found = station(learnt.calibrated, with_poses(there, chosen), NOWHERE)
-        left = found.rms(held_out=True) * 1e3
+        left = found.held_out.position_rms * 1e3
         sys.stdout.write(f"{name}: {left:.4f} mm, {len(found.left_behind)} effects left behind\n")
     return 0
 

@@ -23,6 +23,11 @@ UNKNOWN_ROTATION = (
     "campaign.yaml states no tool_guess"
 )
 """What there is to say where `tool_rotation_known` is False."""
+UNKNOWN_BASE_ROTATION = (
+    "how the base is turned about the anchor is not known, as lengths from one anchor do not tell "
+    "it and campaign.yaml states no base_guess; places in the measuring frame are those of any turn"
+)
+"""What there is to say where `base_rotation_known` is False."""
 _BLOCK = 500
 """Poses whose Jacobians are held at once."""
 
@@ -98,6 +103,9 @@ class CalibratedRobot:
     tool_rotation_known
         False where no orientation of the tool was fitted and nobody stated one: `model` then ends
         in the right place with any axes, those of the flange.
+    base_rotation_known
+        False where lengths from one anchor alone were fitted and nobody stated a base: `model` then
+        stands turned about the anchor anyhow, with the axes of the measuring frame.
     coefficient_covariance
         Of the effects' coefficients, one after the other, with all parameters and then with each
         other [m, rad and the coefficients' own units]; None where only their own is known.
@@ -113,6 +121,7 @@ class CalibratedRobot:
     targets: dict[str, Float[Array, "3"]] = field(default_factory=dict)
     tool_known: bool = True
     tool_rotation_known: bool = True
+    base_rotation_known: bool = True
     coefficient_covariance: Float[Array, "coefficient unknown"] | None = None
 
     @property
@@ -217,8 +226,11 @@ class CalibratedRobot:
         """Covariance of the targets of rows [m2], by geometry and effects together.
 
         What an effect and the geometry have in common the fit leaves open between them, and in
-        their sum it cancels: so it takes their joint covariance (GUM, 5.2.2).
+        their sum it cancels: so it takes their joint covariance (GUM, 5.2.2). NaN where the base's
+        rotation is not known: no place in the measuring frame is.
         """
+        if not self.base_rotation_known:
+            return np.full((len(rows), 3, 3), np.nan)
         if not self.effects:
             return self.tool_position_covariance(rows.joints)
         T = self.tool_poses(rows.joints)

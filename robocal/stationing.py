@@ -185,6 +185,7 @@ def _there(
         targets=frames.cell.targets,
         tool_known=bundle.tool_known,
         tool_rotation_known=bundle.tool_rotation_known,
+        base_rotation_known=bundle.base_rotation_known,
         coefficient_covariance=_kept_covariance(calibrated, carried),
     )
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robocal.calibrated import UNKNOWN_ROTATION
+from robocal.calibrated import UNKNOWN_BASE_ROTATION, UNKNOWN_ROTATION
 from robocal.diagnosis.diagnosis import Diagnosis, Verdict
 from robocal.formats.bundle import RejectedRow
 from robocal.identification.result import Identification, ResidualSummary
@@ -44,6 +44,8 @@ def identification_lines(done: Calibration, out: Path) -> list[str]:
     lines += _redundant(result)
     if result.tool_known and not result.tool_rotation_known:
         lines.append(f"the tool's place alone is identified: {UNKNOWN_ROTATION}")
+    if not result.base_rotation_known:
+        lines.append(f"the base is not identified: {UNKNOWN_BASE_ROTATION}")
     if not result.converged:
         lines.append("the iteration did not converge; do not use these parameters")
     lines.append(f"-> {out / 'identification.json'}, {out / 'model.yaml'}")

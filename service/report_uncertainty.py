@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robocal.calibrated import UNKNOWN_ROTATION
+from robocal.calibrated import UNKNOWN_BASE_ROTATION, UNKNOWN_ROTATION
 from robocal.uncertainty.evaluation import Evaluation
 from robocal.uncertainty.refit_verdict import judge_refits
 from robocal.uncertainty.workspace_map import WorkspaceMap
@@ -37,6 +37,8 @@ def uncertainty_lines(evaluation: Evaluation, workspace: WorkspaceMap, out: Path
         lines.append(judge_refits(evaluation, evaluation.refits).sentence)
     if not evaluation.result.tool_rotation_known:
         lines.append(f"no uncertainty of orientations is stated: {UNKNOWN_ROTATION}")
+    if not evaluation.result.base_rotation_known:
+        lines.append(f"uncertainties leave the base's turn aside: {UNKNOWN_BASE_ROTATION}")
     lines += not_used_lines(evaluation.result.rejected)
     lines += [evaluation.verdict.sentence, f"-> {out / 'uncertainty.json'}"]
     return lines

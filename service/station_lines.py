@@ -3,6 +3,7 @@
 from dataclasses import asdict
 from pathlib import Path
 
+from robocal.calibrated import UNKNOWN_BASE_ROTATION
 from robocal.formats.bundle import Bundle
 from robocal.formats.identification_json import adequacy_document
 from robocal.identification.result import ResidualSummary
@@ -30,6 +31,8 @@ def station_lines(found: Stationed, bundle: Bundle, out: Path) -> list[str]:
         lines.append(f"on {held_out.rows} rows that were held out: {rms:.4f} mm RMS")
     lines.append(found.adequacy.sentence)
     lines += not_used_lines((*bundle.rejected, *found.outliers))
+    if not found.calibrated.base_rotation_known:
+        lines.append(f"the base is not identified: {UNKNOWN_BASE_ROTATION}")
     if found.left_behind:
         lines.append(f"left behind with the earlier session: {', '.join(found.left_behind)}")
     lines.append(f"-> {out / 'station.json'}, {out / 'model.yaml'}")

@@ -287,6 +287,7 @@ def _calibrated(
         targets=found.cell.targets,
         tool_known=bundle.tool_known,
         tool_rotation_known=bundle.tool_rotation_known,
+        base_rotation_known=bundle.base_rotation_known,
         coefficient_covariance=np.concatenate([among[:, :n], own[:, n_free:]], axis=1),
     )
 

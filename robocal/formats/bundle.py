@@ -74,6 +74,15 @@ class Bundle:
         of_tool = np.array([not name for name in rows.target], dtype=bool)
         return self.tool_guess is not None or bool((rows.has_orientation & of_tool).any())
 
+    @property
+    def base_rotation_known(self) -> bool:
+        """Whether rows to fit show how the base is turned about the anchor, or it is stated."""
+        rows = self.measurements.fit_rows
+        fixed = {name for name, target in self.targets.items() if target.fixed}
+        on_robot = np.array([name not in fixed for name in rows.target], dtype=bool)
+        seen = np.isfinite(rows.position[:, 0]) | rows.has_orientation
+        return self.base_guess is not None or bool((seen & on_robot).any())
+
 
 def read_bundle(folder: Path) -> Bundle:
     """A bundle, checked.

@@ -21,8 +21,9 @@ def identification_document(
         "parameters": _parameters(result),
         "base": {
             **frame_document(result.base),
-            "std": _frame_std(result, "base"),
+            "std": _base_std(result),
             "std_axes": AXES_OF_STD["base"],
+            "rotation_known": result.base_rotation_known,
             "redundant": _redundant(result, "base"),
         },
         "tool": {
@@ -164,6 +165,12 @@ def _frame_std(result: Identification, which: str) -> list[float]:
     """Standard uncertainties in mm and deg."""
     std = result.frame_std(which)
     return [*(float(value) * 1e3 for value in std[:3]), *(float(v) / _DEG for v in std[3:])]
+
+
+def _base_std(result: Identification) -> list[float | None]:
+    """The same of the base; None where it may stand anywhere about the anchor."""
+    std = _frame_std(result, "base")
+    return [*std] if result.base_rotation_known else [None] * len(std)
 
 
 def _tool_std(result: Identification) -> list[float | None]:

@@ -49,6 +49,7 @@ def calibrated_robot(
         targets=result.cell.targets,
         tool_known=result.tool_known,
         tool_rotation_known=result.tool_rotation_known,
+        base_rotation_known=result.base_rotation_known,
     )
 
 
@@ -67,6 +68,7 @@ def model_document(calibrated: CalibratedRobot) -> dict[str, object]:
         "tool": frame_document(invert(calibrated.robot.geometry.flange) @ model.tool_frame),
         "tool_known": calibrated.tool_known,
         "tool_rotation_known": calibrated.tool_rotation_known,
+        "base_rotation_known": calibrated.base_rotation_known,
         "targets": {
             name: {"xyz_mm": [float(value) * 1e3 for value in place]}
             for name, place in calibrated.targets.items()
@@ -144,6 +146,7 @@ def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
     # Files from before these flags do not say; what they gave they go on giving.
     tool_known = fields.flag("tool_known", default=True)
     tool_rotation_known = fields.flag("tool_rotation_known", default=True)
+    base_rotation_known = fields.flag("base_rotation_known", default=True)
     fields.finish()
     return CalibratedRobot(
         robot,
@@ -156,6 +159,7 @@ def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
         targets,
         tool_known=tool_known,
         tool_rotation_known=tool_rotation_known,
+        base_rotation_known=base_rotation_known,
         coefficient_covariance=among,
     )
 

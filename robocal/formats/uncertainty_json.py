@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from robocal.calibrated import UNKNOWN_ROTATION
+from robocal.calibrated import UNKNOWN_BASE_ROTATION, UNKNOWN_ROTATION
 from robocal.identification.result import AXES_OF_STD
 from robocal.uncertainty.evaluation import Evaluation, RefitCheck
 from robocal.uncertainty.propagation import COVERAGE
@@ -58,6 +58,10 @@ def uncertainty_document(
         "tool_rotation": {
             "known": evaluation.result.tool_rotation_known,
             "sentence": None if evaluation.result.tool_rotation_known else UNKNOWN_ROTATION,
+        },
+        "base_rotation": {
+            "known": evaluation.result.base_rotation_known,
+            "sentence": None if evaluation.result.base_rotation_known else UNKNOWN_BASE_ROTATION,
         },
         "poses": _poses(evaluation, lines),
         "workspace": None if workspace is None else _workspace(workspace),

@@ -128,6 +128,7 @@ def _result(
         bundle_sha256=bundle.sha256,
         tool_known=bundle.tool_known,
         tool_rotation_known=bundle.tool_rotation_known,
+        base_rotation_known=bundle.base_rotation_known,
     )
 
 

@@ -14,11 +14,15 @@ from robocal.kinematics.model import KinematicModel
 
 
 def start_from_lengths(
-    geometry: KinematicModel, rows: Observations, anchor: Float[Array, "3"], n_places: int
+    geometry: KinematicModel,
+    rows: Observations,
+    anchor: Float[Array, "3"],
+    axes: Float[Array, "3 3"],
+    n_places: int,
 ) -> FramesStart:
     """Base and tool from lengths alone; the anchor stands where the measuring frame says.
 
-    How the base is turned about the anchor, lengths do not say: the base keeps its axes.
+    How the base is turned about the anchor, lengths do not say: it keeps the axes given.
     """
     T = nominal_flange(geometry, rows.joints)
     R, P = T[:, :3, :3], T[:, :3, 3]
@@ -34,7 +38,8 @@ def start_from_lengths(
     solved = np.linalg.lstsq(columns, rows.distance**2 - (P**2).sum(axis=1), rcond=1e-10)[0]
     tool, base = np.eye(4), np.eye(4)
     tool[:3, 3] = solved[:3]
-    base[:3, 3] = anchor - solved[3:6]
+    base[:3, :3] = axes
+    base[:3, 3] = anchor - axes @ solved[3:6]
     return FramesStart(base, tool, np.tile(solved[:3], (n_places, 1)))
 
 

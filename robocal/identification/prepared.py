@@ -86,7 +86,10 @@ def _start(
     if rows.has_position:
         frames = start_frames(geometry, rows, len(place_names))
     else:
-        frames = start_from_lengths(geometry, rows, _stated_anchor(bundle), len(place_names))
+        axes = np.eye(3)
+        if bundle.base_guess is not None:
+            axes = frame_from_xyz_ypr(bundle.base_guess)[:3, :3]
+        frames = start_from_lengths(geometry, rows, _stated_anchor(bundle), axes, len(place_names))
     base, tool = frames.base, frames.tool.copy()
     if bundle.tool_guess is not None:
         guess = frame_from_xyz_ypr(bundle.tool_guess)

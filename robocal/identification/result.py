@@ -99,6 +99,8 @@ class Identification:
     """Whether rows of the tool itself were measured, or the campaign states it."""
     tool_rotation_known: bool
     """Whether orientations of the tool were fitted, or the campaign states it."""
+    base_rotation_known: bool
+    """Whether more than lengths from one anchor was fitted, or the campaign states the base."""
 
     @property
     def fixed(self) -> frozenset[str]:

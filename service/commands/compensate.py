@@ -37,7 +37,7 @@ def compensate(
     as_json: AsJson = False,
 ) -> None:
     """Joints that really reach the wanted tool poses; names the targets that cannot be reached."""
-    from robocal.calibrated import UNKNOWN_ROTATION
+    from robocal.calibrated import UNKNOWN_BASE_ROTATION, UNKNOWN_ROTATION
     from robocal.compensated_effects import compensate_robot
     from robocal.compensation import asked_for
     from robocal.formats.model_yaml import read_model
@@ -52,6 +52,8 @@ def compensate(
     calibrated, orientation_of = asked_for(calibrated, asked)
     if asked is None and orientation_of is OrientationOf.flange:
         warn(f"{targets.name}: orientations are taken as the flange's: {UNKNOWN_ROTATION}")
+    if frame is Frame.measuring and not calibrated.base_rotation_known:
+        warn(f"{targets.name}: state targets with --frame base: {UNKNOWN_BASE_ROTATION}")
     unturned = calibrated.unturned(wanted.rows)
     if unturned.any():
         raise BadInput(

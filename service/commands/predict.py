@@ -22,7 +22,7 @@ def predict(
     as_json: AsJson = False,
 ) -> None:
     """Tool poses of the calibrated robot at given joints."""
-    from robocal.calibrated import UNKNOWN_ROTATION
+    from robocal.calibrated import UNKNOWN_BASE_ROTATION, UNKNOWN_ROTATION
     from robocal.formats.model_yaml import read_model
     from robocal.formats.poses_csv import predict_table
 
@@ -33,6 +33,8 @@ def predict(
         warn(f"{made.unturned} rows have no quaternion: {UNKNOWN_ROTATION}")
     elif orientation_of is None and made.orientation_of is OrientationOf.flange:
         warn(f"the quaternions are the flange's: {UNKNOWN_ROTATION}")
+    if not calibrated.base_rotation_known:
+        warn(f"u_x_mm, u_y_mm, u_z_mm are empty: {UNKNOWN_BASE_ROTATION}")
     document = {
         "rows": made.rows,
         "rows_without_quaternion": made.unturned,

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from robocal.calibrated import UNKNOWN_ROTATION, CalibratedRobot
+from robocal.calibrated import UNKNOWN_BASE_ROTATION, UNKNOWN_ROTATION, CalibratedRobot
 from robocal.compensated_effects import compensate_robot
 from robocal.compensation import Compensation, asked_for
 from robocal.errors import BadInput
@@ -55,7 +55,7 @@ def compensate_poses(
     ------
     Unusable
         Naming the pose whose quaternion or joints are none, or what the model needs to know;
-        if the parameters do not know the orientation that the poses state.
+        if the parameters do not know the frame or the orientation that the poses state.
     """
     calibrated = _calibrated(json.dumps(model, sort_keys=True))
     calibrated = replace(calibrated, robot=narrowed(calibrated.robot, cell.limits))
@@ -64,6 +64,11 @@ def compensate_poses(
         raise Unusable(
             f"body poses: state orientations of the tool, but {UNKNOWN_ROTATION}; state those of "
             'the flange with "orientation_of": "flange", or calibrate with full poses.'
+        )
+    if request.frame is Frame.cell and not calibrated.base_rotation_known:
+        raise Unusable(
+            f"body poses: stand in the frame of the cell, but {UNKNOWN_BASE_ROTATION}; give them "
+            'in the robot base with "frame": "base", or calibrate with positions.'
         )
     wanted = _wanted_frames(request.poses)
     nominal_q = _nominal_joints(calibrated.robot, request.poses)

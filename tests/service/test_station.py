@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 import yaml
 
+from robocal.diagnosis.effect import Coefficient, Instance
+from robocal.diagnosis.extended import FittedEffect
 from robocal.formats.bundle import read_bundle
-from robocal.formats.model_yaml import read_model
+from robocal.formats.model_yaml import read_model, write_model
 from tests.elementary_kinematics import random_frame
 from tests.measured_cell import Cell, measure, true_cell, write_bundle
 from tests.spoilt_bundle import cell as csv_cell
@@ -169,3 +171,12 @@ def test_two_positions_are_too_few_for_base_and_tool(cells, model, call, tmp_pat
     status, _, said = call("station", model, tmp_path / "few", "--out", tmp_path / "out")
     assert status == 2
     assert "give 6 numbers for 9 parameters; measure at least 3 different poses" in said
+
+
+def test_a_column_that_an_effect_of_the_model_needs_is_asked_for(model, bundle, call, tmp_path):
+    growth = Instance("thermal_expansion", None, (), (Coefficient("expansion_per_k", 1e-5),))
+    effect = FittedEffect(growth, np.array([1e-5]), np.eye(1) * 1e-12)
+    write_model(model, replace(read_model(model), effects=(effect,)))
+    status, _, said = call("station", model, bundle, "--out", tmp_path / "out")
+    assert (status, said.count("\n")) == (2, 1)
+    assert "lacks a column that the model's effects need (thermal_expansion)" in said

@@ -219,9 +219,11 @@ def _refuse_unknown_targets(bundle: Bundle) -> None:
 
 
 def _refuse_too_few(bundle: Bundle, rows: Observations, start: CellModel, choices: Choices) -> None:
+    wanted = full_rank(start, rows)
     links = start.names[: 5 * start.geometry.n_joints]
-    open_links = sum(name not in choices.fixed for name in links)
-    wanted = min(full_rank(start, rows), open_links + frames_rank(start, rows))
+    n_fixed = sum(name in choices.fixed for name in links)
+    if n_fixed:
+        wanted = min(wanted, len(links) - n_fixed + frames_rank(start, rows))
     _, first = np.unique(np.round(rows.joints, 6), axis=0, return_index=True)
     different = int(rows.scalars_of_row[first].sum()) * max(len(start.place_names), 1)
     if min(rows.n_scalars, different) < wanted:

@@ -106,7 +106,10 @@ def station(calibrated: CalibratedRobot, bundle: Bundle, provenance: Provenance)
     lasting = tuple(f for f in kept if f.instance.effect != _JUMPED)
     links = parameter_names(bundle.robot.n_joints)[: 5 * bundle.robot.n_joints]
     ready = prepare(bundle, Choices(fixed=frozenset(links)))
-    replace(calibrated, effects=lasting).poses_of(ready.rows)
+    try:
+        replace(calibrated, effects=lasting).poses_of(ready.rows)
+    except BadInput as error:
+        raise error.within("measurements.csv") from None
     problem = _problem(calibrated, bundle, ready)
     clean = problem.choose(fit_without_outliers(problem, lasting).used)
     carried = _carried_over(clean, lasting)

@@ -179,4 +179,4 @@ def test_a_column_that_an_effect_of_the_model_needs_is_asked_for(model, bundle, 
     write_model(model, replace(read_model(model), effects=(effect,)))
     status, _, said = call("station", model, bundle, "--out", tmp_path / "out")
     assert (status, said.count("\n")) == (2, 1)
-    assert "lacks a column that the model's effects need (thermal_expansion)" in said
+    assert "measurements.csv line 2: lacks temperature_degc, which the model's effects need" in said

@@ -12,7 +12,7 @@ from threading import Event
 
 import httpx
 from sqlalchemy import select, update
-from sqlalchemy.exc import InternalError, OperationalError
+from sqlalchemy.exc import DBAPIError
 
 from service.clock import utc_now
 from service.db.engine import Database
@@ -63,11 +63,9 @@ class Sender:
             try:
                 if self.send_next():
                     continue
-            except (OperationalError, InternalError) as error:
-                log.warning("the database does not answer, trying again: %s", error.orig)
-            except Exception:
+            except DBAPIError as error:
                 # One delivery may not silence the others; it is tried again when its hold is over.
-                log.exception("a delivery was not sent, going on with the next one")
+                log.warning("a delivery was not sent or not noted, going on: %s", error.orig)
             self.shutdown.wait(self.settings.idle_s)
 
     def send_next(self) -> bool:

@@ -155,20 +155,27 @@ def test_lengths_among_the_positions_are_used(cells, model, call, tmp_path):
     assert np.linalg.norm(base_of(tmp_path / "out") - cell.true.base[:3, 3]) < 2e-3
 
 
-def test_five_positions_are_enough_for_base_and_tool(cells, model, call, tmp_path):
-    write_bundle(tmp_path / "few", ROBOT, cells[1], 5, 9, full_pose=False)
-    with (tmp_path / "few" / "campaign.yaml").open("a") as file:
-        file.write("held_out: {fraction: 0}\n")
-    status, printed, _ = call("station", model, tmp_path / "few", "--out", tmp_path / "out")
+@pytest.fixture
+def station_few(cells, model, call, tmp_path):
+    """Station the model on so many positions, none held out."""
+
+    def station(rows):
+        write_bundle(tmp_path / "few", ROBOT, cells[1], rows, 9, full_pose=False)
+        with (tmp_path / "few" / "campaign.yaml").open("a") as file:
+            file.write("held_out: {fraction: 0}\n")
+        return call("station", model, tmp_path / "few", "--out", tmp_path / "out")
+
+    return station
+
+
+def test_five_positions_are_enough_for_base_and_tool(station_few):
+    status, printed, _ = station_few(5)
     assert status == 0
     assert "only 6 measured numbers are left over to judge the model by" in printed
 
 
-def test_two_positions_are_too_few_for_base_and_tool(cells, model, call, tmp_path):
-    write_bundle(tmp_path / "few", ROBOT, cells[1], 2, 9, full_pose=False)
-    with (tmp_path / "few" / "campaign.yaml").open("a") as file:
-        file.write("held_out: {fraction: 0}\n")
-    status, _, said = call("station", model, tmp_path / "few", "--out", tmp_path / "out")
+def test_two_positions_are_too_few_for_base_and_tool(station_few):
+    status, _, said = station_few(2)
     assert status == 2
     assert "give 6 numbers for 9 parameters; measure at least 3 different poses" in said
 

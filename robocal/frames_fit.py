@@ -17,7 +17,7 @@ from robocal.diagnosis.linearised import linearise
 from robocal.identification.adequacy import Adequacy, judge
 from robocal.identification.cell_model import CellModel
 from robocal.identification.observations import Observations
-from robocal.identification.outliers import RowScores, score_rows
+from robocal.identification.outliers import RowScores, is_settled, score_rows
 from robocal.identification.solve import MAX_REJECTIONS, scaled_inverse
 
 _STEPS = 8
@@ -88,7 +88,7 @@ def fit_without_outliers(problem: FramesProblem, effects: tuple[FittedEffect, ..
     found = _scored(problem, effects, used)
     for _ in range(MAX_REJECTIONS):
         used = ~found.scores.outlying
-        if (used == found.used).all() or used.sum() * 2 < len(used):
+        if is_settled(used, found.used):
             break
         found = _scored(problem, effects, used)
     return found

@@ -94,6 +94,11 @@ def score_rows(
     return RowScores(np.sqrt(squares.max(axis=0)) / scale, chance, scale)
 
 
+def is_settled(used: Bool[Array, "row"], before: Bool[Array, "row"]) -> bool:
+    """Whether a round left the choice of rows as it was, or so few that it is none."""
+    return bool((used == before).all() or used.sum() * 2 < len(used))
+
+
 def named_outliers(
     lines: Int[Array, "row"], scores: RowScores, which: Bool[Array, "row"]
 ) -> tuple[RejectedRow, ...]:

@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 from robocal.errors import BadInput
 from robocal.identification.cell_model import CellModel
 from robocal.identification.observations import Observations
-from robocal.identification.outliers import RowScores, score_rows
+from robocal.identification.outliers import RowScores, is_settled, score_rows
 from robocal.identification.priors import Choices, prior_std
 from robocal.identification.problem import whitened_jacobian
 from robocal.identification.redundancy import (
@@ -187,7 +187,7 @@ def solve_without_outliers(
     solution = solve(start, rows, choices, how, centre)
     for _ in range(MAX_REJECTIONS):
         used = ~solution.scores.outlying
-        if (used == solution.used).all() or used.sum() * 2 < len(rows):
+        if is_settled(used, solution.used):
             break
         problem = replace(solution.problem, start=solution.fit.cell, rows=rows.choose(used))
         fit = how(problem)

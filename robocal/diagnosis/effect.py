@@ -7,7 +7,8 @@ station the base. So one Jacobian serves all, and a model with effects predicts 
 kinematics with parameters of its own for every row.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from enum import StrEnum, auto
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -18,6 +19,20 @@ from robocal.diagnosis.circumstances import Circumstances
 
 Moves = dict[int, Float[Array, "row coefficient"]]
 """By index of the geometric parameter: its change for a coefficient of one [m, rad]."""
+
+
+class GoesWith(StrEnum):
+    """What an effect follows: a wrong form of it follows the same."""
+
+    angle = auto()
+    """Of one joint."""
+    load = auto()
+    motion = auto()
+    """How the arm came to its pose."""
+    time = auto()
+    """Time or temperature, wherever the arm stands."""
+    sight = auto()
+    """From where the instrument sees the target."""
 
 
 PLACES = ("order", "line", "driven_by")
@@ -52,6 +67,12 @@ class Instance:
     def argument(self, name: str) -> float:
         """One of the arguments."""
         return dict(self.arguments)[name]
+
+    def of_size(self, share: float) -> "Instance":
+        """The same with a share of its priors."""
+        own = self.coefficients
+        smaller = tuple(replace(each, prior_std=each.prior_std * share) for each in own)
+        return replace(self, coefficients=smaller)
 
     @property
     def place(self) -> tuple[object, ...]:
@@ -89,6 +110,7 @@ class Effect(Protocol):
     """A physical effect; one a file under `effects/`."""
 
     name: str
+    goes_with: GoesWith
     advice: str
     """What to do at the machine, one sentence."""
     needs: str

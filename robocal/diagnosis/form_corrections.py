@@ -11,7 +11,7 @@ from numpy import ndarray as Array
 
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
-from robocal.diagnosis.effect import Instance
+from robocal.diagnosis.effect import GoesWith, Instance
 from robocal.diagnosis.joint_fit import JointFit
 from robocal.diagnosis.linearised import Linearised
 from robocal.diagnosis.step_sweep import STEPS
@@ -24,9 +24,22 @@ ALIKE = 0.5
 """Cosine after projection from which one effect resembles another; [1]"""
 
 
-def _may_mend(main: Instance, small: Instance) -> bool:
-    """Whether the form of an effect can be wrong that way: a step that creeps is more steps."""
-    return main.effect not in STEPS or small.effect == main.effect
+_MENDED_BY = {
+    GoesWith.angle: {GoesWith.angle},
+    # Masses that are stated wrongly leave a torque that follows angles.
+    GoesWith.load: {GoesWith.load, GoesWith.angle, GoesWith.sight},
+    GoesWith.motion: {GoesWith.motion, GoesWith.angle},
+    GoesWith.time: {GoesWith.time},
+    GoesWith.sight: {GoesWith.sight, GoesWith.angle, GoesWith.load},
+}
+"""What the remainder of an effect whose form is wrong may follow."""
+
+
+def may_mend(main: Instance, small: Instance) -> bool:
+    """Whether the form of an effect can be wrong that way; a step that creeps is more steps."""
+    if main.effect in STEPS or small.effect in STEPS:
+        return small.effect == main.effect
+    return EFFECTS[small.effect].goes_with in _MENDED_BY[EFFECTS[main.effect].goes_with]
 
 
 def causes_and_forms(
@@ -60,7 +73,7 @@ def causes_and_forms(
             small = dropped[position] < FORM_SHARE * sizes[main] * scale
             small &= sizes[position] < MENDING_SHARE * sizes[main]
             alike = np.linalg.norm(directions[main].T @ directions[position], 2)
-            mends = small and alike > ALIKE and _may_mend(found.effects[main].instance, instance)
+            mends = small and alike > ALIKE and may_mend(found.effects[main].instance, instance)
             if mends or found.effects[main].instance.place == instance.place:
                 group.append(position)
                 break

@@ -32,6 +32,8 @@ _OVERSAMPLING = 3.0
 _LEAST_CYCLES = 1.0
 """Less of a wave stands for anything smooth: a period that was not seen is not named; [1]"""
 _LEAST_TURNS = 0.05
+STRAIN_WAVE_RATIOS = (30, 50, 51, 80, 81, 100, 101, 120, 121, 160, 161)
+"""As sold; one more where the circular spline turns. The error comes twice a turn of the motor."""
 _STILL = 1e-3
 """A joint that moves less shows no order [rad]"""
 _WIDTH = 10
@@ -56,10 +58,23 @@ def sweep_orders(
             joint,
             _at(effect, joint, orders),
             np.stack([effect.prior_at(orders)] * 2, axis=1),
-            np.full(len(orders), -np.log(len(orders))),
+            np.log(prior_of(orders)),
             M,
             b,
         )
+
+
+def prior_of(orders: Float[Array, "order"]) -> Float[Array, "order"]:
+    """Prior of every order of an even grid: half of it evenly, half where gears are sold."""
+    prior = np.full(len(orders), 1.0 / len(orders))
+    own = 2.0 * np.array(STRAIN_WAVE_RATIOS)
+    own = own[(own > orders[0]) & (own < orders[-1])]
+    if not len(own):
+        return prior
+    above = np.searchsorted(orders, own)
+    sold = np.zeros(len(orders))
+    np.add.at(sold, np.concatenate([above - 1, above]), 0.5 / len(own))
+    return np.asarray(0.5 * (prior + sold))
 
 
 def _at(

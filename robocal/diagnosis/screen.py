@@ -14,7 +14,7 @@ from numpy import ndarray as Array
 
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
-from robocal.diagnosis.evidence import log_sum_exp
+from robocal.diagnosis.evidence import log_sum_exp, sizes_of
 from robocal.diagnosis.group import Group, listed
 from robocal.diagnosis.linearised import Linearised
 from robocal.diagnosis.order_sweep import sweep_orders
@@ -39,7 +39,7 @@ def screen(
         replace(group, log_prior=group.log_prior + np.log(_SEARCHED_SHARE))
         for group in sweep_orders(rows, fit, residuals)
     ]
-    return _shared_over_joints([*few, *steps, *orders])
+    return _shared_over_joints([of_all_sizes(group) for group in (*few, *steps, *orders)])
 
 
 def _listed(
@@ -73,6 +73,25 @@ def _listed(
                 np.stack([b[:, parts[k]] for k in here]),
                 instances[here[0]].share,
             )
+
+
+def of_all_sizes(group: Group) -> Group:
+    """Every candidate with each of the sizes that it may have.
+
+    Steps are tried at every row: small ones would be found everywhere, so they keep one size.
+    """
+    sizes = sizes_of(group.prior_std.shape[1])
+    if len(sizes) == 1 or group.effect in STEPS:
+        return group
+    count, n = len(sizes), len(group.log_prior)
+    return replace(
+        group,
+        candidate=lambda position: group.candidate(position % n).of_size(sizes[position // n]),
+        prior_std=np.concatenate([group.prior_std * size for size in sizes]),
+        log_prior=np.tile(group.log_prior - np.log(count), count),
+        M=np.tile(group.M, (count, 1, 1)),
+        b=np.tile(group.b, (count, 1, 1)),
+    )
 
 
 def _shared_over_joints(groups: list[Group]) -> list[Group]:

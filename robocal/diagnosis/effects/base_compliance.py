@@ -10,6 +10,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
+    GoesWith,
     Instance,
     Moves,
     base_index,
@@ -27,6 +28,7 @@ class BaseCompliance:
     """Pedestal or base plate tilts with the overturning moment."""
 
     name = "base_compliance"
+    goes_with = GoesWith.load
     advice = (
         "tighten the bolts of the base plate, stiffen the pedestal, and put a nest on the base "
         "plate to watch it"

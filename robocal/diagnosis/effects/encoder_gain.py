@@ -6,6 +6,7 @@ delta q_j = g q_j: a gear ratio configured wrongly, or a gain of the encoder.
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
+    GoesWith,
     Instance,
     Moves,
     column,
@@ -20,6 +21,7 @@ class EncoderGain:
     """A joint's reading is off by a factor."""
 
     name = "encoder_gain"
+    goes_with = GoesWith.angle
     advice = "check the gear ratio in the controller's configuration and the encoder's line count"
     needs = ""
 

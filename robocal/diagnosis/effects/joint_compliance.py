@@ -9,6 +9,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
+    GoesWith,
     Instance,
     Moves,
     revolute_joints,
@@ -34,6 +35,7 @@ class JointCompliance:
     """A joint yields to the gravity torque of links and payload."""
 
     name = "joint_compliance"
+    goes_with = GoesWith.load
     advice = (
         "stiffness of the joint's gear: compare with its data sheet; compensate with this model, "
         "or reduce the load"

@@ -9,6 +9,7 @@ from numpy import ndarray as Array
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
+    GoesWith,
     Instance,
     Moves,
     column,
@@ -22,6 +23,7 @@ class ThermalExpansion:
     """Links grow with temperature."""
 
     name = "thermal_expansion"
+    goes_with = GoesWith.time
     advice = (
         "let the robot reach its working temperature, or compensate with the temperature as it "
         "is read"

@@ -8,6 +8,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
+    GoesWith,
     Instance,
     Moves,
 )
@@ -23,6 +24,7 @@ class WarmUp:
     """The arm grows with time, without a sensor that says so."""
 
     name = "warm_up"
+    goes_with = GoesWith.time
     advice = "warm up before work for about three time constants"
     needs = "t_s, and no temperature_degc that varies"
 

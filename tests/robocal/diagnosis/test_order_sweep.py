@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robocal.diagnosis.order_sweep import fourier_sums, order_grid
+from robocal.diagnosis.order_sweep import fourier_sums, order_grid, prior_of
 
 
 def test_the_fast_sums_are_the_plain_sums():
@@ -22,3 +22,17 @@ def test_orders_are_whole_multiples_of_one_step_finer_than_the_resolution():
     assert orders[0] >= 0.5
     assert orders[-1] <= 400.0
     assert step < 0.5 / (np.ptp(reading) / (2 * np.pi))
+
+
+def test_orders_of_gears_that_are_sold_are_expected_more_than_others():
+    orders = order_grid(np.random.default_rng(2).uniform(-3.0, 3.0, 50))
+    prior = prior_of(orders)
+    np.testing.assert_allclose(prior.sum(), 1.0)
+    own, other = np.argmin(abs(orders - 200.0)), np.argmin(abs(orders - 190.0))
+    assert prior[own] > 10.0 * prior[other]
+    assert prior.min() > 0.4 / len(orders)
+
+
+def test_a_grid_without_gears_that_are_sold_is_even():
+    orders = np.arange(3.0, 40.0, 0.5)
+    np.testing.assert_allclose(prior_of(orders), 1.0 / len(orders))

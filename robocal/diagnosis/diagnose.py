@@ -1,7 +1,7 @@
 """From a bundle to the cause: show, name, say how sure, extend, measure the gain, ask for data."""
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Int
@@ -24,17 +24,16 @@ from robocal.diagnosis.diagnosis import (
 )
 from robocal.diagnosis.effect import Instance
 from robocal.diagnosis.exchange import exchange_effects
+from robocal.diagnosis.find import MOST_OUTLYING, Steps, find_effects
 from robocal.diagnosis.gain import gain_of
 from robocal.diagnosis.joint_fit import JointFit, fit_jointly
 from robocal.diagnosis.judged_effects import judge_effects
 from robocal.diagnosis.next_poses import split_causes
-from robocal.diagnosis.screen import null_threshold
-from robocal.diagnosis.select import Limits, select_effects
 from robocal.diagnosis.step_sweep import STEPS
 from robocal.diagnosis.target_distances import Targets
-from robocal.diagnosis.thinning import chosen_rows, evenly
+from robocal.diagnosis.thinning import evenly
 from robocal.diagnosis.unseen import Unseen, unseen
-from robocal.formats.bundle import Bundle
+from robocal.formats.bundle import Bundle, RejectedRow
 from robocal.frames import invert
 from robocal.identification.adequacy import judge
 from robocal.identification.outliers import named_outliers
@@ -43,20 +42,11 @@ from robocal.identification.priors import prior_centre
 from robocal.identification.simultaneous import identify_simultaneously
 from robocal.identification.solve import Solution, frames_alone, solve, solve_without_outliers
 
-FALSE_ALARM = 0.025
-"""Chance that clean data have anything named; [1]"""
-_MOST_OUTLYING = 0.08
-"""Share of rows up to which they are outliers; more are an effect, such as all after a step; [1]"""
 _DOUBTFUL = 0.5
 """Probability of a name below which it has to gain on left-out blocks, and of nothing being there
 above which the effect goes; [1]"""
 _MOST_STEPS = 2
 """Steps of one kind up to which each is what it seems, such as a nest that slips twice; [1]"""
-_NULL_DRAWS = 200
-_NULL_ROWS = 300
-_MOST_SMALL, _MOST_LARGE = 10, 60
-"""Effects at most, with few and with many rows; [1]"""
-_MANY_ROWS = 600
 _MOST_DEPENDENT = 2000
 """Rows that the covariates are tried on; more are thinned out evenly; [1]"""
 
@@ -88,43 +78,19 @@ def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
     centre = prior_centre(before.cell, ready.start, ready.choices)
     fit = (before.cell, observed, ready.choices, identify_simultaneously, centre)
     solution = solve_without_outliers(*fit)
-    if np.mean(~solution.used) > _MOST_OUTLYING:
+    if np.mean(~solution.used) > MOST_OUTLYING:
         solution = solve(*fit)
     targets = Targets(ready.rows, _all_circumstances(bundle, ready, solution))
-    fitted = np.flatnonzero(~held_out)[solution.used]
-    rows = targets.around.rows(chosen_rows(fitted, len(held_out)))
-    geometric = fit_jointly(solution.problem, solution.fit.cell, rows, ())
-    most = _MOST_LARGE if len(rows) > _MANY_ROWS else _MOST_SMALL
-    limits = Limits(_threshold(rows, geometric), most)
-    found = select_effects(solution.problem, solution.fit.cell, rows, limits)
-    steps = Steps(rows, fitted, geometric, found)
+    solution, steps = find_effects(targets, observed, solution, np.flatnonzero(~held_out))
     judged = _judged(targets, solution, steps)
-    effects = judge_effects(targets, fitted, judged, geometric, found)
+    effects = judge_effects(targets, steps.fitted, judged, steps.geometric, steps.found)
     doubtful = _doubtful(effects)
     if doubtful:
         steps = _without(doubtful, solution, steps)
         judged = _judged(targets, solution, steps)
-        effects = judge_effects(targets, fitted, judged, geometric, steps.found)
+        effects = judge_effects(targets, steps.fitted, judged, steps.geometric, steps.found)
     said = _diagnosis(bundle, targets, solution, steps, judged, effects, provenance)
     return replace(said, slips=slips)
-
-
-@dataclass(frozen=True)
-class Steps:
-    """What came out on the way.
-
-    Parameters
-    ----------
-    rows, fitted
-        Rows of the fit, and their indices among all.
-    geometric, found
-        The fit without effects, and with them.
-    """
-
-    rows: Circumstances
-    fitted: Int[Array, "row"]
-    geometric: JointFit
-    found: JointFit
 
 
 def _doubtful(effects: list[NamedEffect]) -> set[Instance]:
@@ -166,15 +132,6 @@ def _all_circumstances(bundle: Bundle, ready: Prepared, solution: Solution) -> C
     )
 
 
-def _threshold(rows: Circumstances, geometric: JointFit) -> float:
-    """Null threshold, from some of the rows where there are many: their number hardly matters."""
-    few = evenly(len(rows), _NULL_ROWS)
-    part = geometric.fit.some_rows(few)
-    chance = null_threshold(rows.rows(few), part, FALSE_ALARM, _NULL_DRAWS, seed=1)
-    # At evidence below zero nothing is still the more probable.
-    return max(chance, 0.0)
-
-
 def _diagnosis(
     bundle: Bundle,
     targets: Targets,
@@ -186,7 +143,7 @@ def _diagnosis(
 ) -> Diagnosis:
     rows, geometric, found = steps.rows, steps.geometric, steps.found
     measured = targets.measured
-    held_out = measured.held_out
+    held_out, lines = measured.held_out, measured.lines[~measured.held_out]
     before, after = targets.with_all(geometric), targets.with_all(found)
     depends = _once((*_outside(effects), *_dependences(solution, rows, found)))
     fitted = solution.problem.rows
@@ -197,8 +154,8 @@ def _diagnosis(
         lack_of_fit_p=float(gammaincc(geometric.nu / 2.0, geometric.chi_square / 2.0)),
         adequacy=adequacy,
         effects=tuple(effects),
-        unusable=bundle.rejected,
-        outliers=named_outliers(measured.lines[~held_out], solution.scores, ~solution.used),
+        unusable=(*bundle.rejected, *_unpredicted(lines, steps)),
+        outliers=named_outliers(lines, solution.scores, ~solution.used & ~steps.unpredicted),
         depends_on=depends,
         gain=gain_of(judged.by_geometry(), judged.with_all(), judged.pose),
         noise_floor=targets.some(judged.rows).noise_floor(bundle.instrument),
@@ -208,6 +165,11 @@ def _diagnosis(
         bundle_sha256=bundle.sha256,
         hidden=_hidden(rows),
     )
+
+
+def _unpredicted(lines: Int[Array, "row"], steps: Steps) -> tuple[RejectedRow, ...]:
+    reason = "a joint settles, and from where the arm came to the first row is not known"
+    return tuple(RejectedRow(int(line), reason) for line in lines[steps.unpredicted])
 
 
 def _dependences(

@@ -87,7 +87,7 @@ def score_rows(
     there = np.stack(weights) > 0
     half_nu = np.array([1.5, 1.5, 0.5])[:, None]
     if scale is None:
-        scale = _robust_scale(squares / gammaincinv(half_nu, 0.5) / 2.0, there & used)
+        scale = robust_scale(squares / gammaincinv(half_nu, 0.5) / 2.0, there & used)
     chances = np.where(there, gammaincc(half_nu, squares / scale**2 / 2.0), 1.0)
     # The worst of several parts is judged, so its chance counts as often as there are parts.
     chance = np.minimum(1.0, chances.min(axis=0) * np.maximum(there.sum(axis=0), 1))
@@ -109,7 +109,7 @@ def named_outliers(
     )
 
 
-def _robust_scale(ratio: Float[Array, "part row"], judged: Bool[Array, "part row"]) -> float:
+def robust_scale(ratio: Float[Array, "part row"], judged: Bool[Array, "part row"]) -> float:
     """Median of the squares over chi-square's median; 1 where that is the declared noise."""
     if not judged.any():
         return 1.0

@@ -50,6 +50,18 @@ def test_two_forms_of_one_cause_are_told_as_one(diagnose_two, seed):
     assert warm_up.probability > 0.95
 
 
+def test_rows_that_a_cause_moves_most_are_no_outliers(diagnose_two):
+    truth, verdict = diagnose_two("settling", 304)
+    assert verdict.is_exactly(truth.main), verdict
+    assert verdict.faults == ()
+
+
+def test_a_first_row_of_unknown_way_makes_no_step_beside_a_settling_joint(diagnose_two):
+    truth, verdict = diagnose_two("settling", 316)
+    assert verdict.is_exactly(truth.main), verdict
+    assert verdict.faults == ()
+
+
 def test_an_effect_in_whose_place_nothing_is_the_likelier_is_not_named(diagnose_two):
     truth, verdict = diagnose_two("warm_up", 180)
     assert verdict.is_exactly(truth.main), verdict

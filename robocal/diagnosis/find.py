@@ -1,0 +1,120 @@
+"""Effects, and the rows that belong, chosen in turn until they agree."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Int
+from numpy import ndarray as Array
+
+from robocal.diagnosis.circumstances import Circumstances
+from robocal.diagnosis.effects.settling import Settling
+from robocal.diagnosis.joint_fit import JointFit, fit_jointly
+from robocal.diagnosis.judged_again import score_again
+from robocal.diagnosis.screen import null_threshold
+from robocal.diagnosis.select import Limits, select_effects
+from robocal.diagnosis.target_distances import Targets
+from robocal.diagnosis.thinning import chosen_rows, evenly
+from robocal.identification.observations import Observations
+from robocal.identification.outliers import REJECT, REJECT_GROSS, is_settled
+from robocal.identification.solve import Solution
+
+FALSE_ALARM = 0.025
+"""Chance that clean data have anything named; [1]"""
+MOST_OUTLYING = 0.08
+"""Share of rows up to which they are outliers; more are an effect, such as all after a step; [1]"""
+_ROUNDS = 3
+"""Times that effects are chosen at most; [1]"""
+_NULL_DRAWS = 200
+_NULL_ROWS = 300
+_MOST_SMALL, _MOST_LARGE = 10, 60
+"""Effects at most, with few and with many rows; [1]"""
+_MANY_ROWS = 600
+
+
+@dataclass(frozen=True)
+class Steps:
+    """What came out on the way.
+
+    Parameters
+    ----------
+    rows, fitted
+        Rows of the fit, and their indices among all.
+    geometric, found
+        The fit without effects, and with them.
+    unpredicted
+        Which of the rows that may take part no model with these effects can predict.
+    """
+
+    rows: Circumstances
+    fitted: Int[Array, "row"]
+    geometric: JointFit
+    found: JointFit
+    unpredicted: Bool[Array, "candidate"]
+
+
+def find_effects(
+    targets: Targets, observed: Observations, solution: Solution, candidates: Int[Array, "row"]
+) -> tuple[Solution, Steps]:
+    """Choose effects; where with them other rows belong, choose again on these.
+
+    Parameters
+    ----------
+    targets
+        All rows.
+    observed, candidates
+        Those that may take part, and their indices among all.
+    solution
+        The geometry alone, and which of these rows took part.
+    """
+    steps = _choose(targets, solution, candidates)
+    for _ in range(_ROUNDS - 1):
+        again = _belonging(targets, observed, solution, steps, candidates)
+        if again is None:
+            break
+        solution = again
+        steps = _choose(targets, solution, candidates)
+    return solution, steps
+
+
+def _choose(targets: Targets, solution: Solution, candidates: Int[Array, "row"]) -> Steps:
+    """Effects from the rows that took part.
+
+    Nobody knows from where the arm came to the first row, so no joint's settling is known there.
+    """
+    fitted = candidates[solution.used]
+    rows = targets.around.rows(chosen_rows(fitted, len(targets.measured)))
+    geometric = fit_jointly(solution.problem, solution.fit.cell, rows, ())
+    most = _MOST_LARGE if len(rows) > _MANY_ROWS else _MOST_SMALL
+    limits = Limits(_threshold(rows, geometric), most)
+    found = select_effects(solution.problem, solution.fit.cell, rows, limits)
+    settles = any(fitted.instance.effect == Settling.name for fitted in found.effects)
+    return Steps(rows, fitted, geometric, found, (candidates == 0) & settles)
+
+
+def _belonging(
+    targets: Targets,
+    observed: Observations,
+    solution: Solution,
+    steps: Steps,
+    candidates: Int[Array, "row"],
+) -> Solution | None:
+    """The rows that belong once the effects are in; None where these are the same."""
+    # With many rows dozens of effects stand for structure: no row's own error is told by them.
+    if not steps.found.effects or len(steps.rows) > _MANY_ROWS:
+        return None
+    around = targets.around.rows(chosen_rows(candidates, len(targets.measured)))
+    scores = score_again(steps.found, observed, around, solution.used)
+    # A row that fitted the geometry goes only where it is grossly off: the form of an effect errs.
+    fits = scores.chance >= np.where(solution.used, REJECT_GROSS, REJECT)
+    used = fits & ~steps.unpredicted
+    if is_settled(used, solution.used) or np.mean(~used) > MOST_OUTLYING:
+        return None
+    problem = replace(solution.problem, rows=observed.choose(used))
+    return replace(solution, problem=problem, used=used, scores=scores)
+
+
+def _threshold(rows: Circumstances, geometric: JointFit) -> float:
+    """Null threshold, from some of the rows where there are many: their number hardly matters."""
+    few = evenly(len(rows), _NULL_ROWS)
+    part = geometric.fit.some_rows(few)
+    return null_threshold(rows.rows(few), part, FALSE_ALARM, _NULL_DRAWS, seed=1)

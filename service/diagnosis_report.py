@@ -101,11 +101,13 @@ def cause_text(named: NamedEffect) -> CauseText:
             instance.coefficients, named.fitted.values, named.fitted.std, strict=True
         )
     )
-    others = tuple(
+    others = [
         f"{cause.instance.title} ({100 * cause.probability:.0f} %)"
         for cause in named.naming.causes
         if cause.key != (instance.effect, instance.joint)
-    )
+    ]
+    if named.naming.may_be_nothing:
+        others.append(f"nothing but noise ({100 * named.naming.none:.0f} %)")
     return CauseText(
         what=_heading(instance) if named.goes_with is None else _stranger(named.goes_with),
         name=instance.title,
@@ -113,7 +115,7 @@ def cause_text(named: NamedEffect) -> CauseText:
         values=values,
         probability=named.probability,
         share=named.explained_fraction,
-        others=others,
+        others=tuple(others),
         corrections=tuple(fitted.instance.title for fitted in named.form_corrections),
         goes_with=named.goes_with,
         in_sample_only=named.in_sample_only,

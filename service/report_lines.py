@@ -114,7 +114,10 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
     for named in found.effects[:_MOST_LINES]:
         own = (named.fitted.instance.effect, named.fitted.instance.joint)
         others = [cause for cause in named.naming.causes if cause.key != own][:2]
-        alternative = ", ".join(f"{c.instance.title} ({c.probability:.2f})" for c in others)
+        choices = [f"{c.instance.title} ({c.probability:.2f})" for c in others]
+        if named.naming.may_be_nothing:
+            choices.append(f"nothing but noise ({named.naming.none:.2f})")
+        alternative = ", ".join(choices)
         lines.append(
             f"  {named.fitted.instance.title:34} probability {named.probability:.3f}, "
             f"share {named.explained_fraction:.2f}"

@@ -51,6 +51,11 @@ class Naming:
     """What that cause most probably goes with."""
 
     @property
+    def may_be_nothing(self) -> bool:
+        """Whether "nothing" cannot be left out of what holds `STATED` of the probability."""
+        return self.none > 1.0 - STATED
+
+    @property
     def stated(self) -> tuple[Cause, ...]:
         """The smallest set that holds `STATED` of the probability."""
         total, kept = 0.0, []

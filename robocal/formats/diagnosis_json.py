@@ -61,6 +61,7 @@ def _effect(named: NamedEffect) -> dict[str, object]:
             for cause in named.naming.causes
             if cause.key != (instance.effect, instance.joint)
         ],
+        "nothing_probability": named.naming.none,
         "outside_the_catalogue": _outside(named),
         "gain": _gain(named.gain),
         "blocked_gain": _reduction(named.blocked_gain),

@@ -12,7 +12,7 @@ from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
 from robocal.diagnosis.effect import Instance
 from robocal.formats.bundle import Bundle
 from service.diagnosis_plots import covariate_plots, residual_plot
-from service.report_lines import VERDICTS
+from service.report_lines import VERDICTS, not_used_lines
 
 _MOST_CAUSES = 8
 _UNITS = (
@@ -25,11 +25,13 @@ _UNITS = (
 )
 """Endings of coefficients, the unit in which a person reads them, and the factor."""
 
+_MOST_ROWS = 30
 _LOOK_FOR_IT = (
     "look for what changes with it, at the robot, the tool and the station; the model follows it "
     "only roughly"
 )
 """Advice where the cause has no name."""
+_MAKE_SURE = "nothing yet: noise alone is the likelier; measure the poses asked for, then decide"
 
 
 @dataclass(frozen=True)
@@ -82,13 +84,19 @@ def report_parts(bundle: Bundle, found: Diagnosis) -> dict[str, Any]:
         "plots": covariate_plots(bundle.measurements, bundle.robot, found.residuals),
         "faults": [
             *(f"{slip.report()} (mended before the diagnosis)" for slip in found.slips),
-            *(f"measurements.csv line {row.line}: {row.reason}" for row in found.outliers),
+            *_not_used(found),
         ],
         "remains": [dependence.covariate for dependence in found.depends_on[:6]],
         "between": found.next_poses.between,
         "words": found.next_poses.words,
         "hidden": found.hidden,
     }
+
+
+def _not_used(found: Diagnosis) -> list[str]:
+    lines = not_used_lines((*found.unusable, *found.outliers))
+    more = len(lines) - _MOST_ROWS
+    return lines if more <= 0 else [*lines[:_MOST_ROWS], f"and {more} rows more: diagnosis.json"]
 
 
 def cause_text(named: NamedEffect) -> CauseText:
@@ -119,8 +127,16 @@ def cause_text(named: NamedEffect) -> CauseText:
         corrections=tuple(fitted.instance.title for fitted in named.form_corrections),
         goes_with=named.goes_with,
         in_sample_only=named.in_sample_only,
-        advice=EFFECTS[instance.effect].advice if named.goes_with is None else _LOOK_FOR_IT,
+        advice=_advice(named),
     )
+
+
+def _advice(named: NamedEffect) -> str:
+    if named.goes_with is not None:
+        return _LOOK_FOR_IT
+    if named.naming.none > named.probability:
+        return _MAKE_SURE
+    return EFFECTS[named.fitted.instance.effect].advice
 
 
 def _stranger(covariate: str) -> str:

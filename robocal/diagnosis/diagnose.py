@@ -154,7 +154,7 @@ def _diagnosis(
         lack_of_fit_p=float(gammaincc(geometric.nu / 2.0, geometric.chi_square / 2.0)),
         adequacy=adequacy,
         effects=tuple(effects),
-        unusable=(*bundle.rejected, *_unpredicted(lines, steps)),
+        unusable=_by_line(*bundle.rejected, *_unpredicted(lines, steps)),
         outliers=named_outliers(lines, solution.scores, ~solution.used & ~steps.unpredicted),
         depends_on=depends,
         gain=gain_of(judged.by_geometry(), judged.with_all(), judged.pose),
@@ -167,8 +167,12 @@ def _diagnosis(
     )
 
 
+def _by_line(*rows: RejectedRow) -> tuple[RejectedRow, ...]:
+    return tuple(sorted(rows, key=lambda row: row.line))
+
+
 def _unpredicted(lines: Int[Array, "row"], steps: Steps) -> tuple[RejectedRow, ...]:
-    reason = "a joint settles, and from where the arm came to the first row is not known"
+    reason = "a joint may settle, and from where the arm came to the first row is not known"
     return tuple(RejectedRow(int(line), reason) for line in lines[steps.unpredicted])
 
 

@@ -42,7 +42,7 @@ class Steps:
     geometric, found
         The fit without effects, and with them.
     unpredicted
-        Which of the rows that may take part no model with these effects can predict.
+        Which of the rows that may take part were left out because no model can predict them.
     """
 
     rows: Circumstances
@@ -66,29 +66,36 @@ def find_effects(
     solution
         The geometry alone, and which of these rows took part.
     """
-    steps = _choose(targets, solution, candidates)
+    begun = solution, _choose(targets, solution, candidates)
+    solution, steps = begun
     for _ in range(_ROUNDS - 1):
         again = _belonging(targets, observed, solution, steps, candidates)
         if again is None:
             break
+        unpredicted = _unpredicted(steps, candidates) & ~again.used
         solution = again
-        steps = _choose(targets, solution, candidates)
+        steps = replace(_choose(targets, solution, candidates), unpredicted=unpredicted)
+        if not steps.found.effects:
+            # The rows were judged by what is not there: as the geometry had them, then.
+            return begun
     return solution, steps
 
 
 def _choose(targets: Targets, solution: Solution, candidates: Int[Array, "row"]) -> Steps:
-    """Effects from the rows that took part.
-
-    Nobody knows from where the arm came to the first row, so no joint's settling is known there.
-    """
+    """Effects from the rows that took part."""
     fitted = candidates[solution.used]
     rows = targets.around.rows(chosen_rows(fitted, len(targets.measured)))
     geometric = fit_jointly(solution.problem, solution.fit.cell, rows, ())
     most = _MOST_LARGE if len(rows) > _MANY_ROWS else _MOST_SMALL
     limits = Limits(_threshold(rows, geometric), most)
     found = select_effects(solution.problem, solution.fit.cell, rows, limits)
-    settles = any(fitted.instance.effect == Settling.name for fitted in found.effects)
-    return Steps(rows, fitted, geometric, found, (candidates == 0) & settles)
+    return Steps(rows, fitted, geometric, found, chosen_rows(fitted[:0], len(candidates)))
+
+
+def _unpredicted(steps: Steps, candidates: Int[Array, "row"]) -> Bool[Array, "row"]:
+    """The first row where a joint settles: nobody knows from where the arm came to it."""
+    settles = any(fitted.instance.effect == Settling.name for fitted in steps.found.effects)
+    return np.asarray((candidates == 0) & settles)
 
 
 def _belonging(
@@ -106,8 +113,11 @@ def _belonging(
     scores = score_again(steps.found, observed, around, solution.used)
     # A row that fitted the geometry goes only where it is grossly off: the form of an effect errs.
     fits = scores.chance >= np.where(solution.used, REJECT_GROSS, REJECT)
-    used = fits & ~steps.unpredicted
-    if is_settled(used, solution.used) or np.mean(~used) > MOST_OUTLYING:
+    unpredicted = _unpredicted(steps, candidates)
+    if np.mean(~fits & ~unpredicted) > MOST_OUTLYING:
+        fits = solution.used
+    used = fits & ~unpredicted
+    if is_settled(used, solution.used):
         return None
     problem = replace(solution.problem, rows=observed.choose(used))
     return replace(solution, problem=problem, used=used, scores=scores)

@@ -14,6 +14,7 @@ from robocal.diagnosis.joint_fit import JointFit, effect_columns, whitened_resid
 from robocal.diagnosis.linearised import linearise
 from robocal.identification.observations import Observations
 from robocal.identification.outliers import RowScores, robust_scale
+from robocal.identification.solve import scaled_inverse
 
 
 def score_again(
@@ -34,7 +35,10 @@ def score_again(
     instances = tuple(fitted.instance for fitted in found.effects)
     A = np.concatenate([base.W[base.free].T, effect_columns(base, around, instances)[0]], axis=1)
     r = whitened_residual(found.cell, measured, around, found.effects)
-    spread = A @ np.linalg.cholesky(found.covariance)
+    # The covariance at this very place: else a row's share in the fit may exceed one.
+    took_part = A[used[base.row]]
+    covariance = scaled_inverse(took_part.T @ took_part + np.diag(found.fit.precision))
+    spread = A @ np.linalg.cholesky(covariance)
     there = (base.W != 0.0).any(axis=0)
     edges = np.append(base.first_scalar, len(r))
     squares, counts = np.zeros(len(measured)), np.zeros(len(measured))

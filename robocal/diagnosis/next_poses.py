@@ -87,7 +87,8 @@ def split_causes(
         # One change of the payload, not twenty.
         chosen = chosen[np.argsort(around.payload[chosen], kind="stable")]
     payload = around.payload if around.has_payload else np.full(len(around), np.nan)
-    rival = stated[1].title if len(stated) > 1 else NOTHING
+    second = naming.stated[1].probability if len(stated) > 1 else 0.0
+    rival = stated[1].title if second > naming.none else NOTHING
     return NextPoses(
         around.joints[chosen],
         around.approach[chosen],

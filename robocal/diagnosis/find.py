@@ -76,8 +76,9 @@ def find_effects(
         solution = again
         steps = replace(_choose(targets, solution, candidates), unpredicted=unpredicted)
         if not steps.found.effects:
-            # The rows were judged by what is not there: as the geometry had them, then.
-            return begun
+            # Only rows that do not belong spoke for it: nothing, and the rows of the geometry.
+            solution, steps = begun
+            return solution, replace(steps, found=steps.geometric)
     return solution, steps
 
 

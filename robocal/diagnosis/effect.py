@@ -21,7 +21,7 @@ Moves = dict[int, Float[Array, "row coefficient"]]
 """By index of the geometric parameter: its change for a coefficient of one [m, rad]."""
 
 
-class GoesWith(StrEnum):
+class Follows(StrEnum):
     """What an effect follows: a wrong form of it follows the same."""
 
     angle = auto()
@@ -110,7 +110,7 @@ class Effect(Protocol):
     """A physical effect; one a file under `effects/`."""
 
     name: str
-    goes_with: GoesWith
+    follows: Follows
     advice: str
     """What to do at the machine, one sentence."""
     needs: str

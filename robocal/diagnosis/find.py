@@ -90,7 +90,8 @@ def _choose(targets: Targets, solution: Solution, candidates: Int[Array, "row"])
     most = _MOST_LARGE if len(rows) > _MANY_ROWS else _MOST_SMALL
     limits = Limits(_threshold(rows, geometric), most)
     found = select_effects(solution.problem, solution.fit.cell, rows, limits)
-    return Steps(rows, fitted, geometric, found, chosen_rows(fitted[:0], len(candidates)))
+    none = np.zeros(len(candidates), dtype=bool)
+    return Steps(rows, fitted, geometric, found, unpredicted=none)
 
 
 def _unpredicted(steps: Steps, candidates: Int[Array, "row"]) -> Bool[Array, "row"]:

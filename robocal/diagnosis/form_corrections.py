@@ -11,7 +11,7 @@ from numpy import ndarray as Array
 
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
-from robocal.diagnosis.effect import GoesWith, Instance
+from robocal.diagnosis.effect import Follows, Instance
 from robocal.diagnosis.joint_fit import JointFit
 from robocal.diagnosis.linearised import Linearised
 from robocal.diagnosis.step_sweep import STEPS
@@ -25,12 +25,12 @@ ALIKE = 0.5
 
 
 _MENDED_BY = {
-    GoesWith.angle: {GoesWith.angle},
+    Follows.angle: {Follows.angle},
     # Masses that are stated wrongly leave a torque that follows angles.
-    GoesWith.load: {GoesWith.load, GoesWith.angle, GoesWith.sight},
-    GoesWith.motion: {GoesWith.motion, GoesWith.angle},
-    GoesWith.time: {GoesWith.time},
-    GoesWith.sight: {GoesWith.sight, GoesWith.angle, GoesWith.load},
+    Follows.load: {Follows.load, Follows.angle, Follows.sight},
+    Follows.motion: {Follows.motion, Follows.angle},
+    Follows.time: {Follows.time},
+    Follows.sight: {Follows.sight, Follows.angle, Follows.load},
 }
 """What the remainder of an effect whose form is wrong may follow."""
 
@@ -39,7 +39,7 @@ def may_mend(main: Instance, small: Instance) -> bool:
     """Whether the form of an effect can be wrong that way; a step that creeps is more steps."""
     if main.effect in STEPS or small.effect in STEPS:
         return small.effect == main.effect
-    return EFFECTS[small.effect].goes_with in _MENDED_BY[EFFECTS[main.effect].goes_with]
+    return EFFECTS[small.effect].follows in _MENDED_BY[EFFECTS[main.effect].follows]
 
 
 def causes_and_forms(

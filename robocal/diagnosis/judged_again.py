@@ -4,23 +4,25 @@ To the geometry alone the rows that a strong cause moves most look like outliers
 they fit, and speak for it.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Bool
 from numpy import ndarray as Array
-from scipy.special import gammaincc, gammaincinv
 
+from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
-from robocal.diagnosis.joint_fit import JointFit, effect_columns, whitened_residual
-from robocal.diagnosis.linearised import linearise
+from robocal.diagnosis.joint_fit import JointFit
 from robocal.identification.observations import Observations
-from robocal.identification.outliers import RowScores, robust_scale
+from robocal.identification.outliers import RowScores, score_blocks
+from robocal.identification.problem import WhitenedBlock, whitened_blocks
 from robocal.identification.solve import scaled_inverse
 
 
 def score_again(
     found: JointFit, measured: Observations, around: Circumstances, used: Bool[Array, "row"]
 ) -> RowScores:
-    """Score every row, all its parts together, against geometry and effects.
+    """Score every row against geometry and effects.
 
     Parameters
     ----------
@@ -31,25 +33,27 @@ def score_again(
     used
         Those that the model was fitted to.
     """
-    base = linearise(found.cell, measured, found.fit.free, found.fit.prior_precision)
-    instances = tuple(fitted.instance for fitted in found.effects)
-    A = np.concatenate([base.W[base.free].T, effect_columns(base, around, instances)[0]], axis=1)
-    r = whitened_residual(found.cell, measured, around, found.effects)
-    # The covariance at this very place: else a row's share in the fit may exceed one.
-    took_part = A[used[base.row]]
-    covariance = scaled_inverse(took_part.T @ took_part + np.diag(found.fit.precision))
-    spread = A @ np.linalg.cholesky(covariance)
-    there = (base.W != 0.0).any(axis=0)
-    edges = np.append(base.first_scalar, len(r))
-    squares, counts = np.zeros(len(measured)), np.zeros(len(measured))
-    for row in range(len(measured)):
-        here = np.arange(edges[row], edges[row + 1])[there[edges[row] : edges[row + 1]]]
-        own = np.eye(len(here)) * (1.0 + 1e-9)
-        own += (-1.0 if used[row] else 1.0) * spread[here] @ spread[here].T
-        squares[row], counts[row] = r[here] @ np.linalg.solve(own, r[here]), len(here)
-    half_nu = counts / 2.0
-    seen = counts > 0
-    median = np.where(seen, 2.0 * gammaincinv(np.maximum(half_nu, 0.5), 0.5), 1.0)
-    scale = robust_scale((squares / median)[None], (seen & used)[None])
-    chance = np.where(seen, gammaincc(np.maximum(half_nu, 0.5), squares / scale**2 / 2.0), 1.0)
-    return RowScores(np.sqrt(squares) / scale, chance, scale)
+    everything = np.arange(len(found.cell.names))
+    blocks = [
+        _with_effects(block, found, around)
+        for block in whitened_blocks(found.cell, measured, everything)
+    ]
+    # Of this very place: with the covariance of another a row's share in the fit may exceed one.
+    information = np.diag(found.fit.precision)
+    for block in blocks:
+        took_part = block.J[:, np.tile(used[block.rows], block.components)]
+        information = information + took_part @ took_part.T
+    return score_blocks(blocks, measured, scaled_inverse(information), used)
+
+
+def _with_effects(block: WhitenedBlock, found: JointFit, around: Circumstances) -> WhitenedBlock:
+    """Columns of the unknowns of the joint fit, and the residual less the effects'."""
+    columns, r = [block.J[found.fit.free]], block.r
+    for fitted in found.effects:
+        moves = EFFECTS[fitted.instance.effect].moves(around, fitted.instance)
+        X = np.zeros((len(fitted.values), len(r)))
+        for parameter, values in moves.items():
+            X += block.J[parameter] * np.tile(values[block.rows].T, block.components)
+        columns.append(X)
+        r = r - fitted.values @ X
+    return replace(block, J=np.concatenate(columns), r=r)

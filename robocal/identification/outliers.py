@@ -11,6 +11,7 @@ References
 .. [1] R. D. Cook, S. Weisberg, *Residuals and Influence in Regression*, Chapman and Hall, 1982.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,7 @@ from scipy.special import gammaincc, gammaincinv
 from robocal.formats.bundle import RejectedRow
 from robocal.identification.cell_model import CellModel
 from robocal.identification.observations import Observations
-from robocal.identification.problem import whitened_blocks
+from robocal.identification.problem import WhitenedBlock, whitened_blocks
 
 REJECT = 1.5e-3
 """Chance of a good row to be rejected where the model is adequate; [1]"""
@@ -68,11 +69,22 @@ def score_rows(
     scale
         Standard deviation of the residuals in declared ones; from the used rows if None.
     """
+    return score_blocks(whitened_blocks(cell, rows, free), rows, covariance, used, scale)
+
+
+def score_blocks(
+    blocks: Iterable[WhitenedBlock],
+    rows: Observations,
+    covariance: Float[Array, "unknown unknown"],
+    used: Bool[Array, "row"],
+    scale: float | None = None,
+) -> RowScores:
+    """Like `score_rows`, from the derivatives by all unknowns, of which `covariance` is."""
     squares = np.zeros((len(_PARTS), len(rows)))
     root = np.linalg.cholesky(covariance)
-    for block in whitened_blocks(cell, rows, free):
+    for block in blocks:
         n = len(block.rows)
-        spread = (root.T @ block.J).reshape(len(free), block.components, n)
+        spread = (root.T @ block.J).reshape(len(root), block.components, n)
         sign = np.where(used[block.rows], -1.0, 1.0)[:, None, None]
         r = block.r.reshape(block.components, n).T
         for part, components in block.parts:
@@ -87,7 +99,7 @@ def score_rows(
     there = np.stack(weights) > 0
     half_nu = np.array([1.5, 1.5, 0.5])[:, None]
     if scale is None:
-        scale = robust_scale(squares / gammaincinv(half_nu, 0.5) / 2.0, there & used)
+        scale = _robust_scale(squares / gammaincinv(half_nu, 0.5) / 2.0, there & used)
     chances = np.where(there, gammaincc(half_nu, squares / scale**2 / 2.0), 1.0)
     # The worst of several parts is judged, so its chance counts as often as there are parts.
     chance = np.minimum(1.0, chances.min(axis=0) * np.maximum(there.sum(axis=0), 1))
@@ -109,7 +121,7 @@ def named_outliers(
     )
 
 
-def robust_scale(ratio: Float[Array, "part row"], judged: Bool[Array, "part row"]) -> float:
+def _robust_scale(ratio: Float[Array, "part row"], judged: Bool[Array, "part row"]) -> float:
     """Median of the squares over chi-square's median; 1 where that is the declared noise."""
     if not judged.any():
         return 1.0

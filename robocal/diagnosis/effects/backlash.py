@@ -8,7 +8,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     column,
@@ -23,7 +23,7 @@ class Backlash:
     """A joint stands off with the sign of its last motion."""
 
     name = "backlash"
-    goes_with = GoesWith.motion
+    follows = Follows.motion
     advice = (
         "check the gear of this joint for play; approach targets from one side until it is mended"
     )

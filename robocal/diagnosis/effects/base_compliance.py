@@ -10,7 +10,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     base_index,
@@ -28,7 +28,7 @@ class BaseCompliance:
     """Pedestal or base plate tilts with the overturning moment."""
 
     name = "base_compliance"
-    goes_with = GoesWith.load
+    follows = Follows.load
     advice = (
         "tighten the bolts of the base plate, stiffen the pedestal, and put a nest on the base "
         "plate to watch it"

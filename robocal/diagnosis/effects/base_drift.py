@@ -9,7 +9,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     base_index,
@@ -26,7 +26,7 @@ class BaseDrift:
     """Robot or station moves, steadily or ever more slowly."""
 
     name = "base_drift"
-    goes_with = GoesWith.time
+    follows = Follows.time
     advice = (
         "let station and tripod settle, shield them from sun and draught, and re-measure fixed "
         "nests"

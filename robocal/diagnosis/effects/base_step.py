@@ -8,7 +8,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     base_index,
@@ -23,7 +23,7 @@ class BaseStep:
     """Robot or station is bumped at one moment."""
 
     name = "base_step"
-    goes_with = GoesWith.time
+    follows = Follows.time
     advice = "look for what was bumped at that time; fasten it and re-measure fixed nests"
     needs = ""
 

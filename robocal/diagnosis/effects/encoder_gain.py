@@ -6,7 +6,7 @@ delta q_j = g q_j: a gear ratio configured wrongly, or a gain of the encoder.
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     column,
@@ -21,7 +21,7 @@ class EncoderGain:
     """A joint's reading is off by a factor."""
 
     name = "encoder_gain"
-    goes_with = GoesWith.angle
+    follows = Follows.angle
     advice = "check the gear ratio in the controller's configuration and the encoder's line count"
     needs = ""
 

@@ -6,7 +6,7 @@ delta q_j from one row on; every row is tried as the first one.
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     column,
@@ -22,7 +22,7 @@ class EncoderStep:
     """A joint's zero jumps at one moment."""
 
     name = "encoder_step"
-    goes_with = GoesWith.time
+    follows = Follows.time
     advice = "check the encoder's cable and coupling, and master the joint again"
     needs = ""
 

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from robocal.diagnosis.circumstances import Circumstances
-from robocal.diagnosis.effect import Coefficient, GoesWith, Instance, Moves, revolute_joints, theta
+from robocal.diagnosis.effect import Coefficient, Follows, Instance, Moves, revolute_joints, theta
 
 PRIOR_LOW = 3e-4
 """Amplitude at orders up to `LOW_ORDER` [rad]"""
@@ -23,7 +23,7 @@ class GearHarmonic:
     """Periodic transmission or encoder error."""
 
     name = "gear_harmonic"
-    goes_with = GoesWith.angle
+    follows = Follows.angle
     advice = (
         "check gearbox and encoder of this joint (order 1 or 2: eccentricity; twice the "
         "gear ratio: "

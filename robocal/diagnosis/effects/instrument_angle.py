@@ -8,7 +8,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     base_index,
@@ -22,7 +22,7 @@ class InstrumentAngle:
     """The instrument's angle encoders err, second order."""
 
     name = "instrument_angle"
-    goes_with = GoesWith.sight
+    follows = Follows.sight
     advice = "compensate the instrument by its own field check; measure from a second station"
     needs = ""
 

@@ -6,7 +6,7 @@ bar or a trusted length it is hidden, and is never screened.
 
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     base_index,
@@ -18,7 +18,7 @@ class InstrumentScale:
     """The instrument's ranges are off by a factor."""
 
     name = "instrument_scale"
-    goes_with = GoesWith.sight
+    follows = Follows.sight
     advice = "measure a scale bar, and set temperature and pressure at the instrument"
     needs = "a scale bar"
 

@@ -9,7 +9,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     revolute_joints,
@@ -35,7 +35,7 @@ class JointCompliance:
     """A joint yields to the gravity torque of links and payload."""
 
     name = "joint_compliance"
-    goes_with = GoesWith.load
+    follows = Follows.load
     advice = (
         "stiffness of the joint's gear: compare with its data sheet; compensate with this model, "
         "or reduce the load"

@@ -7,7 +7,7 @@ the wrist joints before them, joint 3 by joint 2.
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     column,
@@ -22,7 +22,7 @@ class JointCoupling:
     """One joint's angle leaks into another."""
 
     name = "joint_coupling"
-    goes_with = GoesWith.angle
+    follows = Follows.angle
     advice = "check the coupling factor in the controller's configuration"
     needs = ""
 

@@ -6,7 +6,7 @@ delta q_j = k (T - mean T): the heat of a gearbox.
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     column,
@@ -21,7 +21,7 @@ class JointThermalDrift:
     """A joint's zero moves with temperature."""
 
     name = "joint_thermal_drift"
-    goes_with = GoesWith.time
+    follows = Follows.time
     advice = "warm the joint up before work, check lubrication and fan"
     needs = "temperature_degc, varying"
 

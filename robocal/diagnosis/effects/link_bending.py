@@ -15,7 +15,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from robocal.diagnosis.circumstances import Circumstances
-from robocal.diagnosis.effect import Coefficient, GoesWith, Instance, Moves, column, theta
+from robocal.diagnosis.effect import Coefficient, Follows, Instance, Moves, column, theta
 from robocal.diagnosis.load_size import compliance_of
 from robocal.kinematics.forward import walk
 from robocal.kinematics.model import KinematicModel
@@ -30,7 +30,7 @@ class LinkBending:
     """A link bends under its load."""
 
     name = "link_bending"
-    goes_with = GoesWith.load
+    follows = Follows.load
     advice = "reduce the load; compensate with this model: the link itself cannot be adjusted"
     needs = "link masses in robot.yaml, or payload_kg"
 

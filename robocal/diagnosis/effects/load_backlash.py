@@ -9,7 +9,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     column,
@@ -30,7 +30,7 @@ class LoadBacklash:
     """A joint stands off with the sign of its gravity torque."""
 
     name = "load_backlash"
-    goes_with = GoesWith.load
+    follows = Follows.load
     advice = "check the gear of this joint for play"
     needs = "link masses in robot.yaml, or payload_kg"
 

@@ -8,7 +8,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     column,
@@ -27,7 +27,7 @@ class PayloadCompliance:
     """A joint yields to the payload only: the controller already compensates the links."""
 
     name = "payload_compliance"
-    goes_with = GoesWith.load
+    follows = Follows.load
     advice = (
         "the controller's load data: state mass and centre of the payload there; compensate the "
         "rest"

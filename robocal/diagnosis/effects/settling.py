@@ -6,7 +6,7 @@ delta q_j = -kappa (q - q_before): what is left of the last move, more of it at 
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     column,
@@ -21,7 +21,7 @@ class Settling:
     """A joint was read before it stood still."""
 
     name = "settling"
-    goes_with = GoesWith.motion
+    follows = Follows.motion
     advice = "wait longer before reading, or move more slowly to the pose"
     needs = ""
 

@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     column,
@@ -23,7 +23,7 @@ class ThermalExpansion:
     """Links grow with temperature."""
 
     name = "thermal_expansion"
-    goes_with = GoesWith.time
+    follows = Follows.time
     advice = (
         "let the robot reach its working temperature, or compensate with the temperature as it "
         "is read"

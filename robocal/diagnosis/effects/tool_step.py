@@ -8,7 +8,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
     tool_index,
@@ -23,7 +23,7 @@ class ToolStep:
     """The nest or the tool slips at one moment."""
 
     name = "tool_step"
-    goes_with = GoesWith.time
+    follows = Follows.time
     advice = "tighten nest and tool, then measure the tool again"
     needs = ""
 

@@ -8,7 +8,7 @@ import numpy as np
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import (
     Coefficient,
-    GoesWith,
+    Follows,
     Instance,
     Moves,
 )
@@ -24,7 +24,7 @@ class WarmUp:
     """The arm grows with time, without a sensor that says so."""
 
     name = "warm_up"
-    goes_with = GoesWith.time
+    follows = Follows.time
     advice = "warm up before work for about three time constants"
     needs = "t_s, and no temperature_degc that varies"
 

@@ -3,7 +3,7 @@
 import pytest
 
 from robocal.diagnosis.catalogue import EFFECTS
-from robocal.diagnosis.effect import GoesWith, Instance
+from robocal.diagnosis.effect import Follows, Instance
 from robocal.diagnosis.form_corrections import may_mend
 
 
@@ -11,8 +11,8 @@ def instance(effect, joint=None):
     return Instance(effect, joint, (), ())
 
 
-def test_every_effect_says_what_it_goes_with():
-    assert all(isinstance(effect.goes_with, GoesWith) for effect in EFFECTS.values())
+def test_every_effect_says_what_it_follows():
+    assert all(isinstance(effect.follows, Follows) for effect in EFFECTS.values())
 
 
 @pytest.mark.parametrize(
@@ -27,7 +27,7 @@ def test_every_effect_says_what_it_goes_with():
         ("base_step", "base_step"),
     ],
 )
-def test_a_wrong_form_leaves_what_goes_with_the_same(main, small):
+def test_a_wrong_form_leaves_what_follows_the_same(main, small):
     assert may_mend(instance(main), instance(small))
 
 
@@ -44,5 +44,5 @@ def test_a_wrong_form_leaves_what_goes_with_the_same(main, small):
         ("base_step", "tool_step"),
     ],
 )
-def test_what_goes_with_something_else_is_a_cause_of_its_own(main, small):
+def test_what_follows_something_else_is_a_cause_of_its_own(main, small):
     assert not may_mend(instance(main), instance(small))

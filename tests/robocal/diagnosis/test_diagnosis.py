@@ -3,8 +3,6 @@
 import csv
 import json
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from html.parser import HTMLParser
@@ -16,9 +14,8 @@ import yaml
 
 from tests.blind.truth import Truth, read_truth
 from tests.blind.verdict import Verdict, read_verdict
+from tests.robocal.diagnosis.hidden_cases import write_cases
 
-ROOT = Path(__file__).parents[3]
-ROBOT = ROOT / "tests" / "blind" / "robots" / "staubli_tx60_with_masses.yaml"
 SIZE = "3"
 SIZES = {"instrument_angle": "12"}
 """A circle error of the usual size is below what 120 poses show."""
@@ -73,13 +70,11 @@ class Case:
     verdict: Verdict
 
 
-def write_cases(folder: Path, kind: str, size: str, effects: tuple[str, ...]) -> None:
-    """One process writes a bundle for every effect; starting one takes longer than writing it."""
-    program = [sys.executable, "-m", "drivers.emulators.dataset", "--robot", str(ROBOT)]
-    places = ["--out", str(folder), "--truth", str(folder / "truth")]
+def write_hidden(folder: Path, kind: str, size: str, effects: tuple[str, ...]) -> None:
+    """A bundle for every effect."""
     kinds = ["--kind", kind, "--seed", "7", "--size", size, "--count", str(max(len(effects), 1))]
     chosen = [part for effect in effects for part in ("--effect", effect)]
-    subprocess.run([*program, *places, *kinds, *chosen], cwd=ROOT, check=True)
+    write_cases(folder, *kinds, *chosen)
 
 
 @pytest.fixture(scope="session")
@@ -91,7 +86,7 @@ def hidden_cases(tmp_path_factory) -> dict[str, tuple[Path, Truth]]:
     orders += [("one", size, (effect,)) for effect, size in SIZES.items()]
     for kind, size, effects in orders:
         folder = tmp_path_factory.mktemp(kind)
-        write_cases(folder, kind, size, effects)
+        write_hidden(folder, kind, size, effects)
         for index, effect in enumerate(effects or ("clean",)):
             truth = read_truth(folder / "truth" / f"{index:04d}.json")
             cases[effect] = (folder / f"{index:04d}", truth)

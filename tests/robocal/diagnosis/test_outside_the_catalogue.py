@@ -1,17 +1,14 @@
 """What no effect of the catalogue is must not be named surely; what it goes with is told."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from tests.blind.truth import read_truth
 from tests.blind.verdict import read_verdict
+from tests.robocal.diagnosis.hidden_cases import write_cases
 
-ROOT = Path(__file__).parents[3]
-ROBOT = ROOT / "tests" / "blind" / "robots" / "staubli_tx60_with_masses.yaml"
 OUTSIDE = ("tool_heat", "axis_wobble", "four_bar", "target_acceptance")
 
 
@@ -19,12 +16,9 @@ OUTSIDE = ("tool_heat", "axis_wobble", "four_bar", "target_acceptance")
 def outside_cases(tmp_path_factory) -> Path:
     """One bundle for each cause, by one process."""
     folder = tmp_path_factory.mktemp("outside")
-    program = [sys.executable, "-m", "drivers.emulators.dataset", "--robot", str(ROBOT)]
-    places = ["--out", str(folder), "--truth", str(folder / "truth")]
     counts = ["--kind", "absent", "--seed", "3", "--size", "2", "--count", str(len(OUTSIDE))]
     chosen = [part for effect in OUTSIDE for part in ("--effect", effect)]
-    subprocess.run([*program, *places, *counts, *chosen], cwd=ROOT, check=True)
-    return folder
+    return write_cases(folder, *counts, *chosen)
 
 
 @pytest.mark.parametrize("cause", OUTSIDE)

@@ -1,21 +1,14 @@
 """A robot learnt at one station is taken to another by base and tool alone."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
-ROOT = Path(__file__).parents[3]
-ROBOT = ROOT / "tests" / "blind" / "robots" / "staubli_tx60_with_masses.yaml"
+from tests.robocal.diagnosis.hidden_cases import write_cases
 
 
 def test_a_model_with_its_effects_fits_the_same_cell_stationed_anew(call, tmp_path):
     """The bundle is turned about by hand: the frames change, the robot does not."""
-    program = [sys.executable, "-m", "drivers.emulators.dataset", "--robot", str(ROBOT)]
-    options = ["--out", str(tmp_path), "--truth", str(tmp_path / "truth"), "--kind", "one"]
-    hidden = ["--seed", "5", "--size", "3", "--effect", "joint_compliance"]
-    subprocess.run([*program, *options, *hidden], cwd=ROOT, check=True)
-    bundle = tmp_path / "0000"
+    hidden = ("--kind", "one", "--seed", "5", "--size", "3", "--effect", "joint_compliance")
+    bundle = write_cases(tmp_path, *hidden) / "0000"
     assert call("diagnose", bundle, "--out", tmp_path / "a")[0] == 0
     table = bundle / "measurements.csv"
     header, *lines = table.read_text().splitlines()

@@ -1,16 +1,10 @@
 """Two hidden causes are told as two: neither lost in the other's form, nor a third one added."""
 
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
 from tests.blind.truth import read_truth
 from tests.blind.verdict import read_verdict
-
-ROOT = Path(__file__).parents[3]
-ROBOT = ROOT / "tests" / "blind" / "robots" / "staubli_tx60_with_masses.yaml"
+from tests.robocal.diagnosis.hidden_cases import run_diagnose, write_cases
 
 
 @pytest.fixture
@@ -18,15 +12,10 @@ def diagnose_two(call, tmp_path):
     """Hide an effect with a companion that the seed draws; give truth and verdict."""
 
     def diagnose(effect, seed):
-        program = [sys.executable, "-m", "drivers.emulators.dataset", "--robot", str(ROBOT)]
-        places = ["--out", str(tmp_path / "cases"), "--truth", str(tmp_path / "truth")]
-        case = ["--kind", "two", "--effect", effect, "--seed", str(seed)]
-        subprocess.run([*program, *places, *case], cwd=ROOT, check=True)
-        status, _, complaint = call(
-            "diagnose", tmp_path / "cases" / "0000", "--out", tmp_path / "out"
-        )
-        assert (status, complaint) == (0, "")
-        return read_truth(tmp_path / "truth" / "0000.json"), read_verdict(tmp_path / "out")
+        case = ("--kind", "two", "--effect", effect, "--seed", str(seed))
+        cases = write_cases(tmp_path / "cases", *case)
+        run_diagnose(call, cases / "0000", tmp_path / "out")
+        return read_truth(cases / "truth" / "0000.json"), read_verdict(tmp_path / "out")
 
     return diagnose
 

@@ -1,28 +1,18 @@
 """A cause that the data hardly show is named with the chance that nothing is there."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[3]
-ROBOT = ROOT / "tests" / "blind" / "robots" / "staubli_tx60_with_masses.yaml"
+from tests.robocal.diagnosis.hidden_cases import run_diagnose, write_cases
 
 
 @pytest.fixture
 def weak(call, tmp_path):
     """A backlash of Lambda 2.35, diagnosed: what was printed, and the folder."""
-    program = [sys.executable, "-m", "drivers.emulators.dataset", "--robot", str(ROBOT)]
-    places = ["--out", str(tmp_path / "cases"), "--truth", str(tmp_path / "truth")]
-    case = ["--kind", "one", "--effect", "backlash", "--seed", "306"]
-    subprocess.run([*program, *places, *case], cwd=ROOT, check=True)
-    status, printed, complaint = call(
-        "diagnose", tmp_path / "cases" / "0000", "--out", tmp_path / "out"
-    )
-    assert (status, complaint) == (0, "")
-    return printed, tmp_path / "out"
+    case = ("--kind", "one", "--effect", "backlash", "--seed", "306")
+    cases = write_cases(tmp_path / "cases", *case)
+    return run_diagnose(call, cases / "0000", tmp_path / "out"), tmp_path / "out"
 
 
 def test_a_weak_cause_may_be_nothing_and_every_report_says_so(weak):

@@ -1,7 +1,6 @@
 """Every effect of the model judged: its causes, its share, and what the model loses without it."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy import ndarray as Array
@@ -64,8 +63,7 @@ def judge_effects(
     few = evenly(len(fitted), _MOST_WEIGHED)
     some = targets.around.rows(chosen_rows(fitted[few], len(pose)))
     some_fit = found.judged.some_rows(few)
-    bare = replace(some_fit, more=some_fit.more[:, :0], more_precision=np.zeros(0))
-    groups = causes_and_forms(some, found, bare, dropped)
+    groups = causes_and_forms(some, found, some_fit, dropped)
     without_group = [lacking(group) for group in groups]
     order = np.argsort([-drop for _, drop in without_group]).tolist()
     structure = max((geometric.chi_square - found.chi_square) / found.scale**2, 1e-300)

@@ -54,3 +54,21 @@ def test_a_first_row_of_unknown_way_makes_no_step_beside_a_settling_joint(diagno
 def test_an_effect_in_whose_place_nothing_is_the_likelier_is_not_named(diagnose_two):
     truth, verdict = diagnose_two("warm_up", 180)
     assert verdict.is_exactly(truth.main), verdict
+
+
+@pytest.mark.parametrize(
+    ("effect", "seed"),
+    [("joint_compliance", 11), ("joint_compliance", 24), ("base_compliance", 39)],
+)
+def test_what_no_other_mass_or_spring_explains_is_a_second_cause(diagnose_two, effect, seed):
+    truth, verdict = diagnose_two(effect, seed)
+    assert verdict.is_exactly(truth.main), verdict
+
+
+@pytest.mark.parametrize("seed", [5, 9, 25])
+def test_a_pedestal_that_is_stiffer_one_way_is_one_cause(call, tmp_path, seed):
+    case = ("--kind", "other_forms", "--effect", "base_compliance", "--seed", str(seed))
+    cases = write_cases(tmp_path / "cases", *case)
+    run_diagnose(call, cases / "0000", tmp_path / "out")
+    hidden = read_truth(cases / "truth" / "0000.json").main
+    assert read_verdict(tmp_path / "out").is_exactly(hidden)

@@ -6,7 +6,7 @@ model, but it is no cause of its own. Where the large one follows the load and t
 stated, its other forms are known: what these take up is its form, and what they cannot is a cause.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -16,7 +16,8 @@ from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Follows, Instance
 from robocal.diagnosis.evidence import log_bayes_factor
-from robocal.diagnosis.joint_fit import JointFit
+from robocal.diagnosis.extended import FittedEffect
+from robocal.diagnosis.joint_fit import JointFit, effect_columns
 from robocal.diagnosis.linearised import Linearised
 from robocal.diagnosis.open_forms import beside_forms
 from robocal.diagnosis.step_sweep import STEPS
@@ -53,8 +54,20 @@ def may_mend(main: Instance, small: Instance) -> bool:
     return EFFECTS[small.effect].follows in _MENDED_BY[EFFECTS[main.effect].follows]
 
 
+def places_of(instances: tuple[Instance, ...], evidence: Float[Array, "effect"]) -> list[list[int]]:
+    """Positions of the effects by the place where they act, the strongest form of each first."""
+    places: dict[tuple[object, ...], list[int]] = {}
+    for position in np.argsort(-evidence).tolist():
+        places.setdefault(instances[position].place, []).append(position)
+    return list(places.values())
+
+
 def causes_and_forms(
-    rows: Circumstances, found: JointFit, fit: Linearised, dropped: Float[Array, "effect"]
+    rows: Circumstances,
+    found: JointFit,
+    fit: Linearised,
+    places: list[list[int]],
+    dropped: Float[Array, "place"],
 ) -> list[list[int]]:
     """Positions of the effects in groups: a cause first, then what mends its form.
 
@@ -66,54 +79,63 @@ def causes_and_forms(
         The model.
     fit
         Its linear algebra, or that of some rows, in the units of `dropped`.
+    places
+        `places_of` the model.
     dropped
-        Rise of the squared residual without each effect, the others refitted; for all rows.
+        Rise of the squared residual without what acts there, all else refitted; for all rows.
     """
-    alike = _Likeness(rows, found, fit)
+    bare = replace(fit, more=fit.more[:, :0], more_precision=np.zeros(0))
+    parts = [_part(rows, found, bare, place) for place in places]
     scale = found.fit.n_rows / fit.n_rows
     groups: list[list[int]] = []
-    for position in np.argsort(-dropped).tolist():
+    for index in np.argsort(-dropped).tolist():
+        drop = float(dropped[index]) / scale
         for group in groups:
-            main = group[0]
-            same = found.effects[main].instance.place == found.effects[position].instance.place
-            if same or alike.mends(main, position, float(dropped[position]) / scale):
-                group.append(position)
+            if _mends(rows, found, fit, parts[group[0]], parts[index], drop):
+                group.append(index)
                 break
         else:
-            groups.append([position])
-    return groups
+            groups.append([index])
+    return [[position for index in group for position in places[index]] for group in groups]
 
 
-class _Likeness:
-    """Which effects of a model resemble which, after projection out of the geometry."""
+@dataclass(frozen=True)
+class _Part:
+    """What acts at one place, after projection out of the geometry."""
 
-    def __init__(self, rows: Circumstances, found: JointFit, fit: Linearised) -> None:
-        self.rows, self.found, self.fit = rows, found, fit
-        bare = replace(fit, more=fit.more[:, :0], more_precision=np.zeros(0))
-        self.directions, self.sizes = [], []
-        for fitted in found.effects:
-            X = fit.columns(EFFECTS[fitted.instance.effect].moves(rows, fitted.instance))
-            X = X - bare.basis @ (bare.basis.T @ X)
-            self.sizes.append(float(np.sum((X @ fitted.values) ** 2)))
-            self.directions.append(np.linalg.qr(X)[0])
+    positions: list[int]
+    effects: tuple[FittedEffect, ...]
+    size: float
+    """Sum of its squares."""
+    directions: Float[Array, "scalar k"]
 
-    def mends(self, main: int, small: int, dropped: float) -> bool:
-        """Whether a small effect is but the form of a large one."""
-        if self.sizes[small] >= MENDING_SHARE * self.sizes[main]:
-            return False
-        large, fitted = self.found.effects[main], self.found.effects[small]
-        alike = np.linalg.norm(self.directions[main].T @ self.directions[small], 2)
-        resembles = may_mend(large.instance, fitted.instance) and bool(alike > ALIKE)
-        resembles = resembles and dropped < FORM_SHARE * self.sizes[main]
-        follows = EFFECTS[large.instance.effect].follows
-        if follows is not Follows.load or self.rows.robot.masses is None:
-            return resembles
-        X = self.fit.columns(EFFECTS[fitted.instance.effect].moves(self.rows, fitted.instance))
 
-        def strength(rest: Linearised) -> float:
-            return float(log_bayes_factor(*rest.scored(X), fitted.instance.prior_std))
+def _part(rows: Circumstances, found: JointFit, bare: Linearised, place: list[int]) -> _Part:
+    effects = tuple(found.effects[position] for position in place)
+    X, _ = effect_columns(bare, rows, tuple(fitted.instance for fitted in effects))
+    X = X - bare.basis @ (bare.basis.T @ X)
+    size = float(np.sum((X @ np.concatenate([fitted.values for fitted in effects])) ** 2))
+    return _Part(place, effects, size, np.linalg.qr(X)[0])
 
-        rest = self.found.without(self.fit, small)
-        alone, beside = strength(rest), strength(beside_forms(self.rows, rest, large))
-        taken_up = beside < min(NOTHING_LEFT, alone - TAKEN_UP)
-        return taken_up or (resembles and beside < BEYOND_FORMS)
+
+def _mends(
+    rows: Circumstances, found: JointFit, fit: Linearised, main: _Part, small: _Part, dropped: float
+) -> bool:
+    """Whether a small effect is but the form of a large one."""
+    if small.size >= MENDING_SHARE * main.size:
+        return False
+    large = main.effects[0].instance
+    alike = float(np.linalg.norm(main.directions.T @ small.directions, 2))
+    resembles = may_mend(large, small.effects[0].instance) and alike > ALIKE
+    resembles = resembles and dropped < FORM_SHARE * main.size
+    if EFFECTS[large.effect].follows is not Follows.load or rows.robot.masses is None:
+        return resembles
+    X, precision = effect_columns(fit, rows, tuple(fitted.instance for fitted in small.effects))
+
+    def strength(rest: Linearised) -> float:
+        return float(log_bayes_factor(*rest.scored(X), precision**-0.5))
+
+    rest = found.without(fit, *small.positions)
+    alone, beside = strength(rest), strength(beside_forms(rows, rest, main.effects))
+    taken_up = beside < min(NOTHING_LEFT, alone - TAKEN_UP)
+    return taken_up or (resembles and beside < BEYOND_FORMS)

@@ -8,7 +8,7 @@ from numpy import ndarray as Array
 from robocal.diagnosis.causes import Naming, itself_or_nothing, name_cause
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.diagnosis import NamedEffect
-from robocal.diagnosis.form_corrections import causes_and_forms
+from robocal.diagnosis.form_corrections import causes_and_forms, places_of
 from robocal.diagnosis.gain import blocks_of, gain_of
 from robocal.diagnosis.joint_fit import JointFit
 from robocal.diagnosis.left_out import LeftOut
@@ -59,15 +59,16 @@ def judge_effects(
         sizes, chi_square = left_out.without(kept, values[~kept[n_free:]])
         return sizes, chi_square - now
 
-    dropped = np.array([lacking([position])[1] for position in range(len(found.effects))])
+    evidence = found.evidence_of_effects()
+    places = places_of(tuple(effect.instance for effect in found.effects), evidence)
+    dropped = np.array([lacking(place)[1] for place in places])
     few = evenly(len(fitted), _MOST_WEIGHED)
     some = targets.around.rows(chosen_rows(fitted[few], len(pose)))
     some_fit = found.judged.some_rows(few)
-    groups = causes_and_forms(some, found, some_fit, dropped)
+    groups = causes_and_forms(some, found, some_fit, places, dropped)
     without_group = [lacking(group) for group in groups]
     order = np.argsort([-drop for _, drop in without_group]).tolist()
     structure = max((geometric.chi_square - found.chi_square) / found.scale**2, 1e-300)
-    evidence = found.evidence_of_effects()
     after, judged_pose = judged.with_all(), judged.pose
     beside = blocks(some, some_fit)
     named = []

@@ -26,20 +26,20 @@ ONE_WAY = 0.5
 """Of the compliance: what one direction may have more than the other; [1]"""
 
 
-def other_forms(rows: Circumstances, fitted: FittedEffect) -> list[Moves]:
+def other_forms(rows: Circumstances, effects: tuple[FittedEffect, ...]) -> list[Moves]:
     """What each other form adds to the parameters of a row, by one standard deviation of it.
 
     Parameters
     ----------
     rows
         Rows of a robot whose masses are stated.
-    fitted
-        An effect that follows the load.
+    effects
+        Of one place, which follow the load.
     """
-    stated = moves_of(rows, (fitted,))
+    stated = moves_of(rows, effects)
     added: list[Moves] = []
     for other in _other_loads(rows):
-        moved = moves_of(other, (fitted,))
+        moved = moves_of(other, effects)
         added.append({parameter: moved[parameter] - stated[parameter] for parameter in stated})
     for parameter, move in stated.items():
         largest = max(float(np.abs(move).max()), 1e-300)
@@ -48,9 +48,11 @@ def other_forms(rows: Circumstances, fitted: FittedEffect) -> list[Moves]:
     return added
 
 
-def beside_forms(rows: Circumstances, rest: Linearised, fitted: FittedEffect) -> Linearised:
-    """A fit at its minimum that has taken up what it could by the other forms of an effect."""
-    forms = np.concatenate([rest.columns(moves) for moves in other_forms(rows, fitted)], axis=1)
+def beside_forms(
+    rows: Circumstances, rest: Linearised, effects: tuple[FittedEffect, ...]
+) -> Linearised:
+    """A fit at its minimum that has taken up what it could by other forms of what acts there."""
+    forms = np.concatenate([rest.columns(moves) for moves in other_forms(rows, effects)], axis=1)
     free = replace(
         rest,
         more=np.concatenate([rest.more, forms], axis=1),

@@ -1,10 +1,11 @@
 """What the remainder of an effect may look like, and what is a cause of its own."""
 
+import numpy as np
 import pytest
 
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.effect import Follows, Instance
-from robocal.diagnosis.form_corrections import may_mend
+from robocal.diagnosis.form_corrections import may_mend, places_of
 
 
 def instance(effect, joint=None):
@@ -46,3 +47,12 @@ def test_a_wrong_form_leaves_what_follows_the_same(main, small):
 )
 def test_what_follows_something_else_is_a_cause_of_its_own(main, small):
     assert not may_mend(instance(main), instance(small))
+
+
+def test_forms_of_one_place_stand_together_the_strongest_first():
+    """Each of two forms is weak beside the other; only together do they show what acts there."""
+    forms = [("load_backlash", 3, 0.0), ("joint_compliance", 2, 0.0), ("load_backlash", 3, 8.0)]
+    instances = tuple(
+        Instance(name, joint, (("taken_up_nm", load),), ()) for name, joint, load in forms
+    )
+    assert places_of(instances, np.array([3.0, 40.0, 5.0])) == [[1], [2, 0]]

@@ -27,7 +27,7 @@ def cell():
 def fitted(name, around, joint):
     instances = EFFECTS[name].instances(around)
     (instance,) = [each for each in instances if each.joint == joint]
-    return FittedEffect(instance, np.array([COMPLIANCE]), np.zeros((1, 1)))
+    return (FittedEffect(instance, np.array([COMPLIANCE]), np.zeros((1, 1))),)
 
 
 def left_over(around, effect, parameter, remainder):

@@ -10,10 +10,10 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel
-from sqlalchemy.exc import DataError, DBAPIError, InternalError, OperationalError
+from sqlalchemy.exc import DatabaseError, DataError, DBAPIError, InternalError, OperationalError
 from starlette.exceptions import HTTPException
 
-from service.db.trouble import Trouble, trouble_of
+from service.db.trouble import Trouble, is_damaged, trouble_of
 
 log = logging.getLogger("robocal.service")
 
@@ -21,6 +21,7 @@ _OF_THE_DATABASE = (OperationalError, InternalError, DataError)
 _STATUS_OF = {
     Trouble.disk_full: HTTPStatus.INSUFFICIENT_STORAGE,
     Trouble.disk_broken: HTTPStatus.INSUFFICIENT_STORAGE,
+    Trouble.damaged: HTTPStatus.SERVICE_UNAVAILABLE,
     Trouble.read_only: HTTPStatus.SERVICE_UNAVAILABLE,
     Trouble.unsuitable: HTTPStatus.UNPROCESSABLE_ENTITY,
     Trouble.busy: HTTPStatus.SERVICE_UNAVAILABLE,
@@ -115,9 +116,15 @@ def install(app: FastAPI) -> None:
         log.error("%s %s: %s (%s)", request.method, request.url.path, trouble, error.orig)
         return problem_answer(_STATUS_OF[trouble], trouble)
 
+    def damaged(request: Request, error: Exception) -> JSONResponse:
+        # Whatever else comes as such an error is a fault of the code.
+        if not is_damaged(error):
+            raise error
+        return troubled(request, error)
+
     def broken(request: Request, error: Exception) -> JSONResponse:
         # What stands before the routes meets the database as well.
-        if isinstance(error, _OF_THE_DATABASE):
+        if isinstance(error, _OF_THE_DATABASE) or is_damaged(error):
             return troubled(request, error)
         return problem_answer(
             HTTPStatus.INTERNAL_SERVER_ERROR,
@@ -130,6 +137,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(HTTPException, http_error)
     for kind in _OF_THE_DATABASE:
         app.add_exception_handler(kind, troubled)
+    app.add_exception_handler(DatabaseError, damaged)
     app.add_exception_handler(Exception, broken)
 
 

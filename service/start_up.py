@@ -9,7 +9,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from robocal.errors import BadInput
 from service.db.engine import open_database, sqlite_file
-from service.db.trouble import Trouble, trouble_of
+from service.db.trouble import Trouble, is_damaged, trouble_of
 from service.db.upgrade import upgrade_schema
 from service.db.waiting import when_free
 from service.settings import Settings
@@ -68,6 +68,10 @@ def prepare_database(settings: Settings) -> None:
         advice = "name another one"
         if trouble_of(error) is Trouble.disk_full:
             advice = "its disk is full, make room there"
+        if is_damaged(error):
+            advice = (
+                "bring a backup back with 'robocal restore FILE --replace', or name another one"
+            )
         raise BadInput(
             setting, f"{place} cannot be used as the database ({error.orig}); {advice}"
         ) from None

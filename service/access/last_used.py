@@ -6,7 +6,7 @@ A write for every read would make the MES wait for the campaign's transactions.
 import logging
 from threading import Lock
 
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import DBAPIError
 
 from service.access import keys
 from service.background import Background
@@ -45,5 +45,5 @@ class LastUsed(Background):
         try:
             with self._database.write() as session:
                 keys.used(session, moments)
-        except OperationalError as error:
+        except DBAPIError as error:
             log.warning("the last use of %d keys was not kept: %s", len(moments), error.orig)

@@ -123,6 +123,19 @@ def copy_file(file: Path, copy: Path) -> None:
         raise BadInput(str(file), f"the database is damaged ({verdict}); take an older copy")
 
 
+def damage_of(file: Path) -> str | None:
+    """What is wrong with an SQLite file; None where it is whole, or not there."""
+    if not file.is_file():
+        return None
+    try:
+        with closing(sqlite3.connect(file)) as opened:
+            verdict = str(opened.execute("PRAGMA integrity_check").fetchone()[0])
+    except sqlite3.DatabaseError as fault:
+        code = getattr(fault, "sqlite_errorcode", None)
+        return str(fault) if code in {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB} else None
+    return None if verdict == "ok" else verdict
+
+
 def unwritable(file: Path, cause: object) -> BadInput:
     """Return what to say of a new file that could not be written."""
     return BadInput(

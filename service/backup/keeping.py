@@ -3,18 +3,20 @@
 import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
 from alembic.util import CommandError
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
+from sqlalchemy.orm import Session
 
 from robocal.errors import BadInput
 from service.backup.copying import (
     copy_database,
     copy_file,
     copy_still,
+    damage_of,
     file_snapshot,
     shown,
     unwritable,
@@ -54,7 +56,8 @@ def restore(
     """Bring a backup into the database; what it holds is backed up first, and its file named.
 
     The backup is read to its end before anything is touched. What was there goes beside the
-    database's file; for a database without one, beside the backup.
+    database's file; for a database without one, beside the backup. A damaged file cannot be backed
+    up: it is put aside as it is.
 
     Raises
     ------
@@ -63,20 +66,52 @@ def restore(
         workers are at work on it.
     """
     with file_snapshot(file) as still:
+        damaged = _put_aside(database, lease_s, replace=replace)
         upgrade_schema(database)
+        if damaged is not None:
+            return copy_still(still, database, lease_s), damaged
         if not _holds_something(database, lease_s):
             return copy_still(still, database, lease_s), None
         if not replace:
             raise BadInput(
                 shown(database), "there is something in this database; say --replace to replace it"
             )
-        now = datetime.now(UTC).strftime("%Y%m%d-%H%M%S-%f")
         folder = database_folder(database) or file.absolute().parent
-        before = folder / f"before-restore-{now}.sqlite3"
+        before = folder / f"before-restore-{_now()}.sqlite3"
         back_up(database, before, lease_s)
         with _naming(before, database):
             empty_schema(database)
             return copy_still(still, database, lease_s), before
+
+
+def _put_aside(database: Database, lease_s: float, *, replace: bool) -> Path | None:
+    """Rename a damaged SQLite file with what belongs to it; None where the database is whole."""
+    present = sqlite_file(database.engine.url.render_as_string(hide_password=False))
+    damage = None if present is None else damage_of(present)
+    if present is None or damage is None:
+        return None
+    if not replace:
+        raise BadInput(
+            str(present),
+            f"it is damaged ({damage}); stop the service, then say --replace to put it aside",
+        )
+    with suppress(DBAPIError), database.read() as session:
+        _refuse_workers(session, database, lease_s)
+    database.close()
+    aside = present.with_name(f"damaged-{_now()}.sqlite3")
+    try:
+        present.rename(aside)
+        for suffix in ("-wal", "-shm"):
+            log = present.with_name(present.name + suffix)
+            if log.exists():
+                log.rename(aside.with_name(aside.name + suffix))
+    except OSError as error:
+        raise unwritable(aside, error.strerror) from None
+    return aside
+
+
+def _now() -> str:
+    return datetime.now(UTC).strftime("%Y%m%d-%H%M%S-%f")
 
 
 def _new_part(file: Path) -> Path:
@@ -116,12 +151,16 @@ def _write(database: Database, part: Path, lease_s: float) -> list[CopiedTable]:
 def _holds_something(database: Database, lease_s: float) -> bool:
     """Whether there is something to be replaced; raises `BadInput` where workers are at work."""
     with database.read() as session:
-        live = open_queue(database, lease_s).live_workers(session)
-        if live:
-            raise BadInput(
-                shown(database), f"{live} workers are at work on it; stop them before a restore"
-            )
+        _refuse_workers(session, database, lease_s)
         return not is_empty(session)
+
+
+def _refuse_workers(session: Session, database: Database, lease_s: float) -> None:
+    live = open_queue(database, lease_s).live_workers(session)
+    if live:
+        raise BadInput(
+            shown(database), f"{live} workers are at work on it; stop them before a restore"
+        )
 
 
 @contextmanager

@@ -18,6 +18,10 @@ class Trouble(StrEnum):
         "The disk that holds the database refuses to be written and nothing was stored; "
         "look after the disk, the service's log has the details."
     )
+    damaged = (
+        "The database is damaged and nothing was stored; stop the service and bring the last "
+        "backup back with 'robocal restore FILE --replace'."
+    )
     read_only = "The database may be read but not written; give the service the right to write it."
     unsuitable = "The database cannot hold a value of the request; use a smaller or plainer one."
     busy = "The database does not answer at this moment; send the request again."
@@ -28,6 +32,8 @@ _SQLITE = {
     sqlite3.SQLITE_IOERR: Trouble.disk_broken,
     sqlite3.SQLITE_READONLY: Trouble.read_only,
     sqlite3.SQLITE_CANTOPEN: Trouble.disk_broken,
+    sqlite3.SQLITE_CORRUPT: Trouble.damaged,
+    sqlite3.SQLITE_NOTADB: Trouble.damaged,
 }
 _PRIMARY_CODE = 0xFF
 _LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
@@ -51,6 +57,11 @@ def trouble_of(error: DBAPIError) -> Trouble:
         if isinstance(cause, kind):
             return trouble
     return Trouble.busy
+
+
+def is_damaged(error: BaseException) -> bool:
+    """Whether the database itself is spoilt; SQLAlchemy has no class of its own for that."""
+    return isinstance(error, DBAPIError) and trouble_of(error) is Trouble.damaged
 
 
 def is_locked(error: DBAPIError) -> bool:

@@ -14,14 +14,14 @@ from contextlib import suppress
 from dataclasses import dataclass
 from threading import Event, Thread
 
-from sqlalchemy.exc import InternalError, OperationalError
+from sqlalchemy.exc import DatabaseError, InternalError, OperationalError
 
 from robocal.errors import BadInput
 from service.campaigns.life import WorkersSide
 from service.campaigns.repeats import RepeatSide
 from service.campaigns.stop_flag import StopFlag
 from service.db.engine import Database, open_database
-from service.db.trouble import trouble_of
+from service.db.trouble import is_damaged, trouble_of
 from service.jobs.queue import Claim, JobKind, JobQueue, LeaseLost
 from service.jobs.queues import open_queue
 from service.jobs.shutdown import shutdown_by_signal
@@ -81,9 +81,11 @@ class Worker:
             except LeaseLost as lost:
                 # The job goes on elsewhere or was ended; nothing of it may be touched here.
                 log.warning("%s", lost)
-            except _OUT_OF_REACH as error:
-                # Locked or out of reach for now. The lease of a job in hand runs out, and it is
-                # taken up where it stood.
+            except DatabaseError as error:
+                # Locked or out of reach for now, or damaged until somebody restores it. The lease
+                # of a job in hand runs out, and it is taken up where it stood.
+                if not (isinstance(error, _OUT_OF_REACH) or is_damaged(error)):
+                    raise
                 log.warning("trying again: %s (%s)", trouble_of(error), error.orig)
                 self.shutdown.wait(pause_s)
                 # A log that grows fast would fill a full disk further.
@@ -123,6 +125,8 @@ class Worker:
                 with self.database.write() as session:
                     life.hold(session, str(held))
             except Exception as error:
+                if is_damaged(error):
+                    raise
                 log.exception("the campaign failed")
                 with self.database.write() as session:
                     life.fail(session, str(error) or type(error).__name__)

@@ -5,6 +5,7 @@ import logging
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
+from pathlib import Path
 
 import psycopg
 import pytest
@@ -113,6 +114,22 @@ def test_a_log_line_is_json_with_job_campaign_and_cell(capsys):
     assert (first["job"], first["campaign"], first["cell"]) == (7, 3, "c1")
     assert (first["program"], first["level"]) == ("worker", "warning")
     assert "job" not in second
+
+
+def test_a_damaged_database_is_called_so(settings):
+    file = Path(settings.database_url.removeprefix("sqlite:///"))
+    with serving(settings) as client:
+        assert client.get("cells").status_code == 200
+        with closing(sqlite3.connect(file)) as other:
+            other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        file.write_bytes(b"no longer a database" * 1000)
+        answer = client.get("cells")
+        assert answer.status_code == 503
+        assert "is damaged" in answer.json()["detail"]
+        assert "robocal restore" in answer.json()["detail"]
+        status, passed, detail = ready(client)
+    assert (status, passed["database"]) == (503, False)
+    assert "is damaged" in detail["database"]
 
 
 @pytest.fixture

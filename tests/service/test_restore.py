@@ -20,7 +20,7 @@ from service.jobs.queues import open_queue
 from service.jobs.watch import Watch
 from service.procedures.collect import collect
 from service.procedures.job import Held, Job
-from tests.service.filled_database import LEASE_S, contents
+from tests.service.filled_database import LEASE_S, contents, fill
 
 
 def restored_into(target: Database, source: Database, file: Path) -> None:
@@ -100,6 +100,55 @@ def test_the_file_of_the_database_itself_can_be_restored(database_url, tmp_path)
     restore(file, own, LEASE_S, replace=True)
     assert contents(own) == there
     own.close()
+
+
+def overwritten(file: Path) -> None:
+    file.write_bytes(b"no longer a database" * 1000)
+
+
+def with_a_ruined_page(file: Path) -> None:
+    with file.open("rb+") as pages:
+        pages.seek(file.stat().st_size * 2 // 3)
+        pages.write(bytes(range(256)) * 64)
+
+
+@pytest.fixture
+def own(database_url, tmp_path):
+    """A filled SQLite database in a file of its own, closed, and its backup."""
+    file = Path(shutil.copy(database_url.removeprefix("sqlite:///"), tmp_path / "own.sqlite3"))
+    opened = open_database(f"sqlite:///{file}")
+    fill(opened)
+    backup = tmp_path / "backup.sqlite3"
+    back_up(opened, backup, LEASE_S)
+    there = contents(opened, but="job")
+    opened.close()
+    return opened, file, backup, there
+
+
+@pytest.mark.parametrize("spoil", [overwritten, truncated, with_a_ruined_page])
+def test_a_damaged_database_is_put_aside_whole_and_the_backup_takes_its_place(own, spoil):
+    database, file, backup, there = own
+    spoil(file)
+    ruin = file.read_bytes()
+    with pytest.raises(BadInput, match="say --replace to put it aside") as refused:
+        restore(backup, database, LEASE_S, replace=False)
+    assert refused.value.where == str(file)
+    assert file.read_bytes() == ruin
+    _, aside = restore(backup, database, LEASE_S, replace=True)
+    assert aside.read_bytes() == ruin
+    assert contents(database, but="job") == there
+    database.close()
+
+
+def test_a_damaged_database_that_still_knows_of_a_worker_stays_where_it_is(own):
+    database, file, backup, _ = own
+    open_queue(database, LEASE_S).claim("w")
+    database.close()
+    with_a_ruined_page(file)
+    with pytest.raises(BadInput, match="1 workers are at work"):
+        restore(backup, database, LEASE_S, replace=True)
+    assert list(file.parent.glob("damaged-*")) == []
+    database.close()
 
 
 def test_what_was_there_is_kept_beside_the_database_or_where_it_has_no_folder_beside_the_backup(

@@ -109,6 +109,9 @@ class CalibratedRobot:
     coefficient_covariance
         Of the effects' coefficients, one after the other, with all parameters and then with each
         other [m, rad and the coefficients' own units]; None where only their own is known.
+    nest_covariance
+        Of the nests' coordinates, in the order of `targets`, with all parameters, all coefficients
+        and then with each other; None where the nests are where somebody stated.
     """
 
     robot: Robot
@@ -123,6 +126,7 @@ class CalibratedRobot:
     tool_rotation_known: bool = True
     base_rotation_known: bool = True
     coefficient_covariance: Float[Array, "coefficient unknown"] | None = None
+    nest_covariance: Float[Array, "coordinate everything"] | None = None
 
     @property
     def joint_covariance(self) -> Float[Array, "unknown unknown"]:
@@ -134,6 +138,16 @@ class CalibratedRobot:
             joint[n:] = self.coefficient_covariance
             joint[:n, n:] = joint[n:, :n].T
         return np.asarray(joint)
+
+    @property
+    def whole_covariance(self) -> Float[Array, "everything everything"]:
+        """Of all parameters, the effects' coefficients and, after them, the nests' coordinates."""
+        n, k = len(self.joint_covariance), 3 * len(self.targets)
+        whole = block_diag(self.joint_covariance, np.zeros((k, k)))
+        if self.nest_covariance is not None:
+            whole[n:] = self.nest_covariance
+            whole[:n, n:] = whole[n:, :n].T
+        return np.asarray(whole)
 
     def tool_poses(self, q: Float[Array, "pose joint"]) -> Float[Array, "pose 4 4"]:
         """Target poses in the measuring frame at joint readings [rad or m], by geometry alone."""
@@ -219,7 +233,7 @@ class CalibratedRobot:
         """Covariance of the target's position [m2] by geometry alone (GUM, 5.1.2)."""
         result = np.empty((len(q), 3, 3))
         for block in blocks(len(q), _BLOCK):
-            result[block] = _propagated(self._position_jacobian(q[block]), self.covariance)
+            result[block] = _propagated(_position_jacobian(self.model, q[block]), self.covariance)
         return result
 
     def position_covariance_of(self, rows: MeasurementSet) -> Float[Array, "row 3 3"]:
@@ -228,24 +242,45 @@ class CalibratedRobot:
         What an effect and the geometry have in common the fit leaves open between them, and in
         their sum it cancels: so it takes their joint covariance (GUM, 5.2.2). NaN where the base's
         rotation is not known: no place in the measuring frame is.
+
+        Raises
+        ------
+        BadInput
+            If a row names a nest that the model does not know.
         """
         if not self.base_rotation_known:
             return np.full((len(rows), 3, 3), np.nan)
-        if not self.effects:
-            return self.tool_position_covariance(rows.joints)
         T = self.tool_poses(rows.joints)
         around = self.circumstances_of(replace(rows, position=T[:, :3, 3]))
-        joint = self.joint_covariance
-        result = np.empty((len(rows), 3, 3))
-        for block in blocks(len(rows), _BLOCK):
-            J = self._position_jacobian(rows.joints[block])
-            shifts = coefficient_shifts(J, around.rows(np.arange(len(rows))[block]), self.effects)
-            result[block] = _propagated(np.concatenate([J, shifts], axis=1), joint)
+        result, whole = np.empty((len(rows), 3, 3)), self.whole_covariance
+        for name, chosen in self.rows_by_target(rows).items():
+            here = np.flatnonzero(chosen)
+            for block in blocks(len(here), _BLOCK):
+                moves = self._moves_at(name, rows.joints[here[block]], around.rows(here[block]))
+                result[here[block]] = _propagated(moves, whole)
         return result
 
-    def _position_jacobian(self, q: Float[Array, "pose joint"]) -> Float[Array, "pose parameter 3"]:
-        _, J = pose_jacobian(self.model, q)
-        return np.moveaxis(J[:, :3], 2, 0)
+    def _moves_at(
+        self, name: str, q: Float[Array, "pose joint"], around: Circumstances
+    ) -> Float[Array, "pose unknown 3"]:
+        """How the target moves with everything that `whole_covariance` is of."""
+        J = _position_jacobian(self.model_at(name), q)
+        shifts = coefficient_shifts(J, around, self.effects)
+        nests = np.zeros((len(q), 3 * len(self.targets), 3))
+        if name:
+            # The nest stands in the tool's stead, and moves along the flange's axes.
+            first = 3 * list(self.targets).index(name)
+            nests[:, first : first + 3] = J[:, -6:-3]
+            J = J.copy()
+            J[:, -6:] = 0.0
+        return np.concatenate([J, shifts, nests], axis=1)
+
+
+def _position_jacobian(
+    model: KinematicModel, q: Float[Array, "pose joint"]
+) -> Float[Array, "pose parameter 3"]:
+    _, J = pose_jacobian(model, q)
+    return np.moveaxis(J[:, :3], 2, 0)
 
 
 def _propagated(

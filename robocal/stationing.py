@@ -173,12 +173,21 @@ def _there(
     carried: tuple[FittedEffect, ...],
 ) -> CalibratedRobot:
     """The robot in its new frames."""
-    n = frames.cell.geometry.n_parameters
+    n, places = frames.cell.geometry.n_parameters, frames.cell.places.size
     covariance = calibrated.covariance.copy()
     covariance[-12:] = covariance[:, -12:] = 0.0
     of_robot = problem.free < n
     own = problem.free[of_robot]
     covariance[np.ix_(own, own)] = frames.covariance[np.ix_(of_robot, of_robot)]
+    count = sum(len(fitted.values) for fitted in carried)
+    # Free are frames, nests and anchor; between them and the nests lie the coefficients.
+    column = np.where(of_robot, problem.free, problem.free + count)
+    fitted_nest = ~of_robot & (problem.free < n + places)
+    nests = np.zeros((places, n + count + places))
+    listed = of_robot | fitted_nest
+    nests[np.ix_(problem.free[fitted_nest] - n, column[listed])] = frames.covariance[
+        np.ix_(fitted_nest, listed)
+    ]
     return replace(
         calibrated,
         model=frames.cell.geometry.with_frames_as_origin(),
@@ -190,6 +199,7 @@ def _there(
         tool_rotation_known=bundle.tool_rotation_known,
         base_rotation_known=bundle.base_rotation_known,
         coefficient_covariance=_kept_covariance(calibrated, carried),
+        nest_covariance=nests,
     )
 
 

@@ -236,16 +236,16 @@ def _calibrated(
 ) -> CalibratedRobot:
     model = found.cell.geometry
     n_free = len(found.fit.free)
-    covariance = np.zeros((len(found.cell.names), len(found.cell.names)))
-    covariance[np.ix_(found.fit.free, found.fit.free)] = found.covariance[:n_free, :n_free]
     n, n_named = model.n_parameters, len(found.cell.names)
-    own = found.covariance[n_free:]
-    among = np.zeros((len(own), n_named))
-    among[:, found.fit.free] = own[:, :n_free]
+    named = np.concatenate([found.fit.free, n_named + np.arange(len(found.covariance) - n_free)])
+    whole = np.zeros((named.max() + 1, named.max() + 1))
+    whole[np.ix_(named, named)] = found.covariance
+    nests, own = np.arange(n, n + found.cell.places.size), np.arange(n_named, len(whole))
+    known = np.concatenate([np.arange(n), own])
     return CalibratedRobot(
         bundle.robot,
         model.with_frames_as_origin(),
-        covariance[:n, :n],
+        whole[:n, :n],
         bundle.gravity,
         provenance,
         effects=found.effects,
@@ -254,7 +254,8 @@ def _calibrated(
         tool_known=bundle.tool_known,
         tool_rotation_known=bundle.tool_rotation_known,
         base_rotation_known=bundle.base_rotation_known,
-        coefficient_covariance=np.concatenate([among[:, :n], own[:, n_free:]], axis=1),
+        coefficient_covariance=whole[np.ix_(own, known)],
+        nest_covariance=whole[np.ix_(nests, np.concatenate([known, nests]))],
     )
 
 

@@ -43,7 +43,7 @@ def coefficient_shifts(
     J: Float[Array, "row parameter 3"], rows: Circumstances, effects: tuple[FittedEffect, ...]
 ) -> Float[Array, "row coefficient 3"]:
     """How the target moves with every coefficient, given how it moves with every parameter."""
-    parts = []
+    parts = [np.zeros((len(J), 0, 3))]
     for fitted in effects:
         moves = EFFECTS[fitted.instance.effect].moves(rows, fitted.instance)
         shifts = (D[:, :, None] * J[:, parameter, None] for parameter, D in moves.items())

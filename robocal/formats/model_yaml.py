@@ -34,6 +34,7 @@ from robocal.robots.robot import Robot
 FORMAT = "robocal-model-1"
 _DEG = np.pi / 180.0
 _COEFFICIENTS = "coefficients_with_parameters_and_each_other"
+_NESTS = "nests_with_parameters_coefficients_and_each_other"
 
 
 def calibrated_robot(
@@ -50,6 +51,7 @@ def calibrated_robot(
         tool_known=result.tool_known,
         tool_rotation_known=result.tool_rotation_known,
         base_rotation_known=result.base_rotation_known,
+        nest_covariance=result.nest_covariance(),
     )
 
 
@@ -80,6 +82,7 @@ def model_document(calibrated: CalibratedRobot) -> dict[str, object]:
             "parameters": [names[k] for k in known],
             "matrix_deg_mm": [[float(value) for value in row] for row in covariance],
             **_coefficients(calibrated, known, unit),
+            **_nests(calibrated, known, unit),
         },
         "provenance": provenance_document(calibrated.provenance),
     }
@@ -140,9 +143,10 @@ def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
     provenance = read_provenance(fields.mapping("provenance"))
     stated = fields.mapping("covariance")
     among = _coefficient_covariance(stated, robot.n_joints, effects)
+    targets = _targets(fields.mapping("targets")) if "targets" in fields else {}
+    of_nests = _nest_covariance(stated, robot.n_joints, effects, 3 * len(targets))
     covariance = _covariance(stated, robot.n_joints)
     gravity = np.array(fields.numbers("gravity", 3))
-    targets = _targets(fields.mapping("targets")) if "targets" in fields else {}
     # Files from before these flags do not say; what they gave they go on giving.
     tool_known = fields.flag("tool_known", default=True)
     tool_rotation_known = fields.flag("tool_rotation_known", default=True)
@@ -161,6 +165,7 @@ def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
         tool_rotation_known=tool_rotation_known,
         base_rotation_known=base_rotation_known,
         coefficient_covariance=among,
+        nest_covariance=of_nests,
     )
 
 
@@ -187,8 +192,23 @@ def _coefficients(
         return {}
     n = len(calibrated.covariance)
     rows = calibrated.joint_covariance[n:]
-    rows = np.concatenate([rows[:, known] / unit, rows[:, n:]], axis=1)
-    return {_COEFFICIENTS: [" ".join(f"{value:.12g}" for value in row) for row in rows]}
+    return {_COEFFICIENTS: _texts(np.concatenate([rows[:, known] / unit, rows[:, n:]], axis=1))}
+
+
+def _nests(
+    calibrated: CalibratedRobot, known: Int[Array, "known"], unit: Float[Array, "known"]
+) -> dict[str, list[str]]:
+    """Covariance of each nest's coordinate [mm], as that of the coefficients is written."""
+    if calibrated.nest_covariance is None or not calibrated.nest_covariance.any():
+        return {}
+    n, last = len(calibrated.covariance), len(calibrated.joint_covariance)
+    rows = calibrated.nest_covariance / 1e-3
+    parts = [rows[:, known] / unit, rows[:, n:last], rows[:, last:] / 1e-3]
+    return {_NESTS: _texts(np.concatenate(parts, axis=1))}
+
+
+def _texts(rows: Float[Array, "row unknown"]) -> list[str]:
+    return [" ".join(f"{value:.12g}" for value in row) for row in rows]
 
 
 def _coefficient_covariance(
@@ -197,14 +217,32 @@ def _coefficient_covariance(
     """The same read back; None in models written before it was kept."""
     if _COEFFICIENTS not in fields:
         return None
+    count = sum(len(fitted.values) for fitted in effects)
+    return _rows(fields, _COEFFICIENTS, n_joints, np.ones(count), count)
+
+
+def _nest_covariance(
+    fields: Fields, n_joints: int, effects: tuple[FittedEffect, ...], count: int
+) -> Float[Array, "coordinate everything"] | None:
+    """That of the nests; None where they stand where somebody stated, and in older models."""
+    if _NESTS not in fields:
+        return None
+    coefficients = sum(len(fitted.values) for fitted in effects)
+    units = np.concatenate([np.ones(coefficients), np.full(count, 1e-3)])
+    return _rows(fields, _NESTS, n_joints, units, count) * 1e-3
+
+
+def _rows(
+    fields: Fields, name: str, n_joints: int, units: Float[Array, "other"], count: int
+) -> Float[Array, "row unknown"]:
+    """Covariances with the listed parameters, then with what has the given units."""
     names = parameter_names(n_joints)
     known = [names.index(name) for name in fields.texts("parameters") if name in names]
-    count = sum(len(fitted.values) for fitted in effects)
-    rows = fields.number_rows(_COEFFICIENTS, count, len(known) + count)
-    full = np.zeros((count, len(names) + count))
+    rows = fields.number_rows(name, count, len(known) + len(units))
+    full = np.zeros((count, len(names) + len(units)))
     unit = np.where(parameter_is_angle(n_joints), _DEG, 1e-3)[known]
     full[:, known] = rows[:, : len(known)] * unit
-    full[:, len(names) :] = rows[:, len(known) :]
+    full[:, len(names) :] = rows[:, len(known) :] * units
     return full
 
 

@@ -127,11 +127,20 @@ class Identification:
 
     def full_covariance(self) -> Float[Array, "parameter parameter"]:
         """Covariance of the robot's parameters, zero where they did not move."""
+        robot = self.model.n_parameters
+        return self._of_everything()[:robot, :robot]
+
+    def nest_covariance(self) -> Float[Array, "coordinate everything"]:
+        """Of the nests' coordinates with the robot's parameters, then with each other."""
+        robot = self.model.n_parameters
+        last = robot + self.cell.places.size
+        return self._of_everything()[robot:last, :last]
+
+    def _of_everything(self) -> Float[Array, "name name"]:
         n = len(self.cell.names)
         full = np.zeros((n, n))
         full[np.ix_(self.free, self.free)] = self.covariance
-        robot = self.model.n_parameters
-        return full[:robot, :robot]
+        return full
 
     @property
     def base(self) -> Float[Array, "4 4"]:

@@ -27,6 +27,21 @@ _OF_THE_COPY = (
 """What goes wrong where is written, and not where is read."""
 
 
+_OUT_OF_REACH = (
+    sqlite3.SQLITE_BUSY,
+    sqlite3.SQLITE_LOCKED,
+    sqlite3.SQLITE_CANTOPEN,
+    sqlite3.SQLITE_PERM,
+    sqlite3.SQLITE_FULL,
+    sqlite3.SQLITE_READONLY,
+    sqlite3.SQLITE_IOERR,
+)
+
+
+class Unreadable(BadInput):
+    """What is in the file is spoilt."""
+
+
 def copy_database(source: Database, target: Database, lease_s: float) -> list[CopiedTable]:
     """Copy everything into an empty database, in which no cell is armed.
 
@@ -114,26 +129,37 @@ def copy_file(file: Path, copy: Path) -> None:
         with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(copy)) as target:
             source.backup(target)
             verdict = target.execute("PRAGMA integrity_check").fetchone()[0]
+    except UnicodeDecodeError as fault:
+        raise Unreadable(str(file), f"the database is damaged ({fault})") from None
     except sqlite3.DatabaseError as fault:
         # The code is missing where Python's own module found the fault.
         if getattr(fault, "sqlite_errorcode", None) in _OF_THE_COPY:
             raise unwritable(copy, fault) from None
-        raise BadInput(str(file), f"it cannot be read as a database ({fault})") from None
+        raise Unreadable(str(file), f"it cannot be read as a database ({fault})") from None
     if verdict != "ok":
-        raise BadInput(str(file), f"the database is damaged ({verdict}); take an older copy")
+        raise Unreadable(str(file), f"the database is damaged ({verdict}); take an older copy")
 
 
 def damage_of(file: Path) -> str | None:
-    """What is wrong with an SQLite file; None where it is whole, or not there."""
-    if not file.is_file():
+    """What is wrong with an SQLite file of robocal; None where it is whole, or not there."""
+    if not file.is_file() or file.stat().st_size == 0:
         return None
     try:
         with closing(sqlite3.connect(file)) as opened:
-            verdict = str(opened.execute("PRAGMA integrity_check").fetchone()[0])
-    except sqlite3.DatabaseError as fault:
-        code = getattr(fault, "sqlite_errorcode", None)
-        return str(fault) if code in {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB} else None
-    return None if verdict == "ok" else verdict
+            opened.execute("SELECT 1 FROM sqlite_master").fetchall()
+    except sqlite3.OperationalError as fault:
+        # Locked, or out of reach: that says nothing about what is in it.
+        code = getattr(fault, "sqlite_errorcode", sqlite3.SQLITE_BUSY)
+        return None if code & 0xFF in _OUT_OF_REACH else str(fault)
+    except (sqlite3.DatabaseError, UnicodeDecodeError) as fault:
+        return str(fault)
+    try:
+        with file_snapshot(file):
+            return None
+    except Unreadable as damage:
+        return damage.reason.partition(";")[0]
+    except BadInput:
+        return None
 
 
 def unwritable(file: Path, cause: object) -> BadInput:
@@ -163,11 +189,11 @@ def _bring_up(copy: Database, file: Path) -> None:
             str(file), f"it is of another version of robocal ({fault}); use that version"
         ) from None
     except (SQLAlchemyError, ValueError) as fault:
-        raise BadInput(
+        raise Unreadable(
             str(file), f"not all of it can be read ({fault}); take an older copy"
         ) from None
     if orphan is not None:
-        raise BadInput(
+        raise Unreadable(
             str(file),
             f"the database is damaged (row {orphan[1]} of table '{orphan[0]}' misses one of "
             f"table '{orphan[2]}'); take an older copy",

@@ -1,5 +1,6 @@
 """Backups: always one SQLite file, whatever the database is, so that either kind can restore it."""
 
+import fcntl
 import os
 import sqlite3
 from collections.abc import Iterator
@@ -65,11 +66,13 @@ def restore(
         If the backup cannot be restored, the database holds something and may not be replaced, or
         workers are at work on it.
     """
-    with file_snapshot(file) as still:
+    with file_snapshot(file) as still, _alone(database):
         damaged = _put_aside(database, lease_s, replace=replace)
-        upgrade_schema(database)
         if damaged is not None:
-            return copy_still(still, database, lease_s), damaged
+            with _naming(f"the damaged database is in {damaged}; restore again", database):
+                upgrade_schema(database)
+                return copy_still(still, database, lease_s), damaged
+        upgrade_schema(database)
         if not _holds_something(database, lease_s):
             return copy_still(still, database, lease_s), None
         if not replace:
@@ -79,9 +82,30 @@ def restore(
         folder = database_folder(database) or file.absolute().parent
         before = folder / f"before-restore-{_now()}.sqlite3"
         back_up(database, before, lease_s)
-        with _naming(before, database):
+        lies = (
+            f"what was there before is in {before}, from which "
+            f"`robocal restore {before} --replace` brings it back"
+        )
+        with _naming(lies, database):
             empty_schema(database)
             return copy_still(still, database, lease_s), before
+
+
+@contextmanager
+def _alone(database: Database) -> Iterator[None]:
+    """Let a second restore wait for the first, or it would put aside what that has restored."""
+    folder = database_folder(database)
+    if folder is None:
+        yield
+        return
+    here = os.open(folder, os.O_RDONLY)
+    try:
+        # A folder on another machine may have no locks.
+        with suppress(OSError):
+            fcntl.flock(here, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(here)
 
 
 def _put_aside(database: Database, lease_s: float, *, replace: bool) -> Path | None:
@@ -95,9 +119,11 @@ def _put_aside(database: Database, lease_s: float, *, replace: bool) -> Path | N
             str(present),
             f"it is damaged ({damage}); stop the service, then say --replace to put it aside",
         )
-    with suppress(DBAPIError), database.read() as session:
+    # What is spoilt may still say that somebody works on it.
+    with suppress(DBAPIError, ValueError), database.read() as session:
         _refuse_workers(session, database, lease_s)
     database.close()
+    present = present.resolve()
     aside = present.with_name(f"damaged-{_now()}.sqlite3")
     try:
         present.rename(aside)
@@ -164,7 +190,7 @@ def _refuse_workers(session: Session, database: Database, lease_s: float) -> Non
 
 
 @contextmanager
-def _naming(before: Path, database: Database) -> Iterator[None]:
+def _naming(lies: str, database: Database) -> Iterator[None]:
     """Let every failure say where that lies which is perhaps no longer in the database."""
     try:
         yield
@@ -172,8 +198,7 @@ def _naming(before: Path, database: Database) -> Iterator[None]:
         cause = fault.orig if isinstance(fault, DBAPIError) else fault
         raise BadInput(
             shown(database),
-            f"the restore was broken off ({str(cause) or 'stopped'}); what was there before is in "
-            f"{before}, from which `robocal restore {before} --replace` brings it back",
+            f"the restore was broken off ({str(cause) or 'stopped'}); {lies}",
         ) from fault
 
 

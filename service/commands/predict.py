@@ -35,6 +35,11 @@ def predict(
         warn(f"the quaternions are the flange's: {UNKNOWN_ROTATION}")
     if not calibrated.base_rotation_known:
         warn(f"u_x_mm, u_y_mm, u_z_mm are empty: {UNKNOWN_BASE_ROTATION}")
+    if calibrated.targets and calibrated.nest_covariance is None:
+        warn(
+            "u_x_mm, u_y_mm, u_z_mm of nests are empty: the model was written before it kept how "
+            "sure their places are; identify the bundle again"
+        )
     document = {
         "rows": made.rows,
         "rows_without_quaternion": made.unturned,

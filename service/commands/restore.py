@@ -14,15 +14,27 @@ def restore(
     ] = False,
 ) -> None:
     """Bring a backup into the database of the settings; no worker may be at work on it."""
+    import sqlite3
+
+    from sqlalchemy.exc import DBAPIError
+
+    from robocal.errors import BadInput
     from service.backup import keeping
     from service.backup_lines import DISARMED, copied_lines
-    from service.db.engine import open_database
+    from service.db.engine import open_database, sqlite_file
     from service.start_up import read_settings
 
     settings = read_settings()
     database = open_database(settings.database_url, settings.busy_s)
     try:
         restored, before = keeping.restore(file, database, settings.lease_s, replace=replace)
+    except (DBAPIError, sqlite3.Error) as error:
+        place = sqlite_file(settings.database_url) or "the server"
+        cause = error.orig if isinstance(error, DBAPIError) else error
+        raise BadInput(
+            "setting database_url",
+            f"{place} cannot be used as the database ({cause}); nothing was restored",
+        ) from None
     finally:
         database.close()
     print(copied_lines(restored))

@@ -2,6 +2,7 @@
 
 import shutil
 import sqlite3
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 from threading import Event
@@ -125,7 +126,28 @@ def own(database_url, tmp_path):
     return opened, file, backup, there
 
 
-@pytest.mark.parametrize("spoil", [overwritten, truncated, with_a_ruined_page])
+def with_a_ruined_letter(file: Path) -> None:
+    content = file.read_bytes()
+    file.write_bytes(content.replace(b"Zelle-", b"Zell\xff-"))
+
+
+def of_a_later_format(file: Path) -> None:
+    content = bytearray(file.read_bytes())
+    content[44:48] = bytes([9, 9, 9, 9])
+    file.write_bytes(content)
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        overwritten,
+        truncated,
+        with_a_ruined_page,
+        with_a_ruined_letter,
+        with_half_a_document,
+        of_a_later_format,
+    ],
+)
 def test_a_damaged_database_is_put_aside_whole_and_the_backup_takes_its_place(own, spoil):
     database, file, backup, there = own
     spoil(file)
@@ -138,6 +160,62 @@ def test_a_damaged_database_is_put_aside_whole_and_the_backup_takes_its_place(ow
     assert aside.read_bytes() == ruin
     assert contents(database, but="job") == there
     database.close()
+
+
+def test_a_damaged_database_behind_a_link_is_put_aside_where_it_lies(own, tmp_path):
+    _, file, backup, there = own
+    (tmp_path / "link").mkdir()
+    link = tmp_path / "link" / "own.sqlite3"
+    link.symlink_to(file)
+    truncated(file)
+    linked = open_database(f"sqlite:///{link}")
+    _, aside = restore(backup, linked, LEASE_S, replace=True)
+    assert aside.parent == file.parent
+    assert link.is_symlink()
+    assert contents(linked, but="job") == there
+    linked.close()
+
+
+def test_of_two_restores_over_a_damaged_database_only_one_puts_it_aside(own):
+    database, file, backup, there = own
+    truncated(file)
+    ruin = file.read_bytes()
+    again = open_database(database.engine.url.render_as_string(hide_password=False))
+    with ThreadPoolExecutor(2) as both:
+        done = [
+            both.submit(restore, backup, each, LEASE_S, replace=True) for each in (database, again)
+        ]
+        kept = sorted(future.result()[1].name for future in done)
+    again.close()
+    assert [name.rpartition("-20")[0] for name in kept] == ["before-restore", "damaged"]
+    assert (file.parent / kept[1]).read_bytes() == ruin
+    assert contents(database, but="job") == there
+    database.close()
+
+
+def test_a_restore_over_a_damaged_database_that_is_broken_off_names_it(own, monkeypatch):
+    database, file, backup, _ = own
+    truncated(file)
+
+    def broken_off(*args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("service.backup.keeping.copy_still", broken_off)
+    with pytest.raises(BadInput, match=r"the damaged database is in .*damaged-.*; restore again"):
+        restore(backup, database, LEASE_S, replace=True)
+    database.close()
+
+
+def test_a_locked_database_is_not_damaged(own, call, monkeypatch):
+    _, file, backup, _ = own
+    monkeypatch.setenv("ROBOCAL_DATABASE_URL", f"sqlite:///{file}")
+    monkeypatch.setenv("ROBOCAL_BUSY_S", "0.1")
+    with closing(sqlite3.connect(file, isolation_level=None)) as other:
+        other.execute("PRAGMA journal_mode = DELETE")
+        other.execute("BEGIN EXCLUSIVE")
+        status, _, complaint = call("restore", backup, "--replace")
+    assert (status, "database is locked" in complaint) == (2, True), complaint
+    assert list(file.parent.glob("damaged-*")) == []
 
 
 def test_a_damaged_database_that_still_knows_of_a_worker_stays_where_it_is(own):

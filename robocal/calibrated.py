@@ -111,7 +111,8 @@ class CalibratedRobot:
         other [m, rad and the coefficients' own units]; None where only their own is known.
     nest_covariance
         Of the nests' coordinates, in the order of `targets`, with all parameters, all coefficients
-        and then with each other; None where the nests are where somebody stated.
+        and then with each other, zero for those that somebody stated; None where only their places
+        are known, in models written before it was kept.
     """
 
     robot: Robot
@@ -241,7 +242,8 @@ class CalibratedRobot:
 
         What an effect and the geometry have in common the fit leaves open between them, and in
         their sum it cancels: so it takes their joint covariance (GUM, 5.2.2). NaN where the base's
-        rotation is not known: no place in the measuring frame is.
+        rotation is not known: no place in the measuring frame is; and of a nest in a model that was
+        written before nests had a covariance.
 
         Raises
         ------
@@ -250,10 +252,12 @@ class CalibratedRobot:
         """
         if not self.base_rotation_known:
             return np.full((len(rows), 3, 3), np.nan)
-        T = self.tool_poses(rows.joints)
-        around = self.circumstances_of(replace(rows, position=T[:, :3, 3]))
-        result, whole = np.empty((len(rows), 3, 3)), self.whole_covariance
+        result, whole = np.full((len(rows), 3, 3), np.nan), self.whole_covariance
         for name, chosen in self.rows_by_target(rows).items():
+            if name and self.nest_covariance is None:
+                continue
+            T = forward_kinematics(self.model_at(name), rows.joints)
+            around = self.circumstances_of(replace(rows, position=T[:, :3, 3]))
             here = np.flatnonzero(chosen)
             for block in blocks(len(here), _BLOCK):
                 moves = self._moves_at(name, rows.joints[here[block]], around.rows(here[block]))

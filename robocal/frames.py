@@ -106,3 +106,13 @@ def nearest_rotation(M: Float[Array, "3 3"]) -> Float[Array, "3 3"]:
     """The proper rotation closest to `M` in the Frobenius norm."""
     U, _, Vt = np.linalg.svd(M)
     return np.asarray(U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt)
+
+
+def own_moves(coordinates: Float[Array, "6"]) -> Float[Array, "6 6"]:
+    """Takes small changes of x, y, z, yaw, pitch, roll to moves along the frame's own axes."""
+    back, columns = invert(frame_from_xyz_ypr(coordinates)), []
+    for step in np.eye(6) * 1e-6:
+        ahead = xyz_ypr_from_frame(back @ frame_from_xyz_ypr(coordinates + step))
+        behind = xyz_ypr_from_frame(back @ frame_from_xyz_ypr(coordinates - step))
+        columns.append((ahead - behind) / 2e-6)
+    return np.column_stack(columns)

@@ -82,6 +82,30 @@ def fit_frames(problem: FramesProblem, effects: tuple[FittedEffect, ...]) -> Fit
     return FittedFrames(cell, covariance, float(residual @ residual))
 
 
+def moves_with_robot(
+    problem: FramesProblem, frames: FittedFrames, effects: tuple[FittedEffect, ...]
+) -> Float[Array, "free known"]:
+    """How the fitted frames give way to an error of the known robot.
+
+    Parameters
+    ----------
+    problem
+        The rows that took part.
+    frames, effects
+        Fitted to them, and acting.
+
+    Returns
+    -------
+    Change of the free parameters by that of the link parameters, then of the coefficients.
+    """
+    fit = linearise(frames.cell, problem.rows, problem.free, np.zeros(len(problem.free)))
+    instances = tuple(fitted.instance for fitted in effects)
+    columns, _ = effect_columns(fit, problem.around, instances)
+    links = fit.W[: 5 * frames.cell.geometry.n_joints].T
+    known = np.concatenate([links, columns], axis=1)
+    return np.asarray(-np.linalg.lstsq(fit.known, known, rcond=None)[0])
+
+
 def fit_without_outliers(problem: FramesProblem, effects: tuple[FittedEffect, ...]) -> CleanFrames:
     """Like `fit_frames`, leaving out rows that do not belong; every row is judged anew."""
     used = np.ones(len(problem.rows), dtype=bool)

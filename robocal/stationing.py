@@ -8,7 +8,7 @@ joint zero that jumped stays where it jumped to.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot, Provenance
@@ -21,6 +21,7 @@ from robocal.frames_fit import (
     fit_frames,
     fit_without_outliers,
     frames_adequacy,
+    moves_with_robot,
     without_effects,
 )
 from robocal.identification.adequacy import Adequacy
@@ -114,7 +115,7 @@ def station(calibrated: CalibratedRobot, bundle: Bundle, provenance: Provenance)
     clean = problem.choose(fit_without_outliers(problem, lasting).used)
     carried = _carried_over(clean, lasting)
     moved = fit_without_outliers(problem, carried)
-    there = _there(calibrated, bundle, problem, moved.frames, carried)
+    there = _there(calibrated, bundle, problem.choose(moved.used), moved.frames, carried)
     adequacy = frames_adequacy(there, problem.choose(moved.used), moved.frames)
     stated = _never_better(provenance.judged_by(adequacy), calibrated.provenance)
     held_out = ready.rows.held_out
@@ -172,34 +173,40 @@ def _there(
     frames: FittedFrames,
     carried: tuple[FittedEffect, ...],
 ) -> CalibratedRobot:
-    """The robot in its new frames."""
-    n, places = frames.cell.geometry.n_parameters, frames.cell.places.size
-    covariance = calibrated.covariance.copy()
-    covariance[-12:] = covariance[:, -12:] = 0.0
-    of_robot = problem.free < n
-    own = problem.free[of_robot]
-    covariance[np.ix_(own, own)] = frames.covariance[np.ix_(of_robot, of_robot)]
-    count = sum(len(fitted.values) for fitted in carried)
-    # Free are frames, nests and anchor; between them and the nests lie the coefficients.
-    column = np.where(of_robot, problem.free, problem.free + count)
-    fitted_nest = ~of_robot & (problem.free < n + places)
-    nests = np.zeros((places, n + count + places))
-    listed = of_robot | fitted_nest
-    nests[np.ix_(problem.free[fitted_nest] - n, column[listed])] = frames.covariance[
-        np.ix_(fitted_nest, listed)
-    ]
+    """The robot in its new frames, which share the errors of its links and effects.
+
+    Parameters
+    ----------
+    problem
+        The rows that took part.
+    """
+    geometry, names = frames.cell.geometry, len(frames.cell.names)
+    n, places = geometry.n_parameters, frames.cell.places.size
+    kept = _kept(calibrated, carried)
+    acting = names + np.arange(len(kept))
+    known = np.concatenate([np.arange(n - 12), acting])
+    robot = calibrated.joint_covariance[np.ix_(*[np.concatenate([known[: n - 12], kept])] * 2)]
+    free, moved = problem.free, moves_with_robot(problem, frames, carried)
+    whole = np.zeros((names + len(kept), names + len(kept)))
+    whole[np.ix_(known, known)] = robot
+    whole[np.ix_(free, known)] = moved @ robot
+    whole[np.ix_(known, free)] = robot @ moved.T
+    whole[np.ix_(free, free)] = frames.covariance + moved @ robot @ moved.T
+    whole = geometry.covariance_at_origin(whole)
+    nests = np.arange(n, n + places)
+    shown = np.concatenate([np.arange(n), acting])
     return replace(
         calibrated,
-        model=frames.cell.geometry.with_frames_as_origin(),
-        covariance=covariance,
+        model=geometry.with_frames_as_origin(),
+        covariance=whole[:n, :n],
         gravity=bundle.gravity,
         effects=carried,
         targets=frames.cell.targets,
         tool_known=bundle.tool_known,
         tool_rotation_known=bundle.tool_rotation_known,
         base_rotation_known=bundle.base_rotation_known,
-        coefficient_covariance=_kept_covariance(calibrated, carried),
-        nest_covariance=nests,
+        coefficient_covariance=whole[np.ix_(acting, shown)],
+        nest_covariance=whole[np.ix_(nests, np.concatenate([shown, nests]))],
     )
 
 
@@ -238,15 +245,8 @@ def _links_now(calibrated: CalibratedRobot) -> Float[Array, "joint 5"]:
     return links
 
 
-def _kept_covariance(
-    calibrated: CalibratedRobot, carried: tuple[FittedEffect, ...]
-) -> Float[Array, "coefficient unknown"]:
-    """Of the effects that came along; base and tool are found anew, whatever they were."""
+def _kept(calibrated: CalibratedRobot, carried: tuple[FittedEffect, ...]) -> Int[Array, "kept"]:
+    """Where the coefficients of the effects that came along stand in the joint covariance."""
+    came = [np.full(len(fitted.values), fitted in carried) for fitted in calibrated.effects]
     n = len(calibrated.covariance)
-    kept = np.concatenate(
-        [np.full(len(fitted.values), fitted in carried) for fitted in calibrated.effects]
-        or [np.zeros(0, dtype=bool)]
-    )
-    rows = calibrated.joint_covariance[n:][kept]
-    rows[:, n - 12 : n] = 0.0
-    return np.asarray(np.concatenate([rows[:, :n], rows[:, n:][:, kept]], axis=1))
+    return n + np.flatnonzero(np.concatenate([np.zeros(0, dtype=bool), *came]))

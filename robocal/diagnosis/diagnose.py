@@ -237,11 +237,13 @@ def _calibrated(
     model = found.cell.geometry
     n_free = len(found.fit.free)
     n, n_named = model.n_parameters, len(found.cell.names)
-    named = np.concatenate([found.fit.free, n_named + np.arange(len(found.covariance) - n_free)])
-    whole = np.zeros((named.max() + 1, named.max() + 1))
-    whole[np.ix_(named, named)] = found.covariance
+    n_own = len(found.covariance) - n_free
+    known = np.concatenate([found.fit.free, n_named + np.arange(n_own)])
+    whole = np.zeros((n_named + n_own, n_named + n_own))
+    whole[np.ix_(known, known)] = found.covariance
+    whole = model.covariance_at_origin(whole)
     nests, own = np.arange(n, n + found.cell.places.size), np.arange(n_named, len(whole))
-    known = np.concatenate([np.arange(n), own])
+    acting = np.concatenate([np.arange(n), own])
     return CalibratedRobot(
         bundle.robot,
         model.with_frames_as_origin(),
@@ -254,8 +256,8 @@ def _calibrated(
         tool_known=bundle.tool_known,
         tool_rotation_known=bundle.tool_rotation_known,
         base_rotation_known=bundle.base_rotation_known,
-        coefficient_covariance=whole[np.ix_(own, known)],
-        nest_covariance=whole[np.ix_(nests, np.concatenate([known, nests]))],
+        coefficient_covariance=whole[np.ix_(own, acting)],
+        nest_covariance=whole[np.ix_(nests, np.concatenate([acting, nests]))],
     )
 
 

@@ -199,7 +199,7 @@ def _nests(
     calibrated: CalibratedRobot, known: Int[Array, "known"], unit: Float[Array, "known"]
 ) -> dict[str, list[str]]:
     """Covariance of each nest's coordinate [mm], as that of the coefficients is written."""
-    if calibrated.nest_covariance is None or not calibrated.nest_covariance.any():
+    if calibrated.nest_covariance is None or not calibrated.targets:
         return {}
     n, last = len(calibrated.covariance), len(calibrated.joint_covariance)
     rows = calibrated.nest_covariance / 1e-3
@@ -208,7 +208,7 @@ def _nests(
 
 
 def _texts(rows: Float[Array, "row unknown"]) -> list[str]:
-    return [" ".join(f"{value:.12g}" for value in row) for row in rows]
+    return [" ".join(repr(float(value)) for value in row) for row in rows]
 
 
 def _coefficient_covariance(
@@ -224,7 +224,7 @@ def _coefficient_covariance(
 def _nest_covariance(
     fields: Fields, n_joints: int, effects: tuple[FittedEffect, ...], count: int
 ) -> Float[Array, "coordinate everything"] | None:
-    """That of the nests; None where they stand where somebody stated, and in older models."""
+    """That of the nests; None in models written before it was kept."""
     if _NESTS not in fields:
         return None
     coefficients = sum(len(fitted.values) for fitted in effects)

@@ -55,13 +55,15 @@ class Identification:
         Geometry before, base and tool ignored.
     cell
         Identified cell; `base` and `tool` of its robot are zero, the identified frames stand in
-        `station` and `flange`, so that `covariance` is in small shifts and turns along the axes of
-        the base and the tool frame themselves.
+        `station` and `flange`.
+    fitted_geometry
+        The same robot as the fit left it, its frames small moves away from where the fit began.
     free
         Indices of the parameters that moved: the identified ones and those that only their prior
         holds.
     covariance
-        Of the free parameters, prior included, in the units of the vector [m, rad].
+        Of the free parameters of the fitted geometry, prior included, in the units of the vector
+        [m, rad].
     reasons
         Why a parameter is redundant, by name.
     combinations
@@ -74,6 +76,7 @@ class Identification:
 
     nominal: KinematicModel
     cell: CellModel
+    fitted_geometry: KinematicModel
     free: Int[Array, "free"]
     covariance: Float[Array, "free free"]
     reasons: dict[str, str]
@@ -126,7 +129,10 @@ class Identification:
         return std
 
     def full_covariance(self) -> Float[Array, "parameter parameter"]:
-        """Covariance of the robot's parameters, zero where they did not move."""
+        """Covariance of the robot's parameters, zero where they did not move.
+
+        That of base and tool is in small shifts and turns along the axes of these frames.
+        """
         robot = self.model.n_parameters
         return self._of_everything()[:robot, :robot]
 
@@ -140,7 +146,7 @@ class Identification:
         n = len(self.cell.names)
         full = np.zeros((n, n))
         full[np.ix_(self.free, self.free)] = self.covariance
-        return full
+        return self.fitted_geometry.covariance_at_origin(full)
 
     @property
     def base(self) -> Float[Array, "4 4"]:

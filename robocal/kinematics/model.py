@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from robocal.frames import frame_from_xyz_ypr, invert, xyz_ypr_from_frame
+from robocal.frames import frame_from_xyz_ypr, invert, own_moves, xyz_ypr_from_frame
 
 LINK_PARAMETERS = ("theta", "d", "a", "alpha", "beta")
 FRAME_PARAMETERS = ("x", "y", "z", "yaw", "pitch", "roll")
@@ -105,6 +105,26 @@ class KinematicModel:
             station=self.base_frame,
             flange=self.tool_frame,
         )
+
+    def covariance_at_origin(
+        self, covariance: Float[Array, "unknown unknown"]
+    ) -> Float[Array, "unknown unknown"]:
+        """The same covariance for the parameters of `with_frames_as_origin`.
+
+        Small moves of base and tool then go along the axes of the present frames. Where two large
+        uncertainties cancel, such as heights of base and tool of an upright SCARA arm, a turn of
+        1e-4 between the axes matters.
+
+        Parameters
+        ----------
+        covariance
+            Of all parameters of this model, and of whatever else behind them.
+        """
+        turned = np.eye(len(covariance))
+        first = 5 * self.n_joints
+        turned[first : first + 6, first : first + 6] = own_moves(self.base)
+        turned[first + 6 : first + 12, first + 6 : first + 12] = own_moves(self.tool)
+        return np.asarray(turned @ covariance @ turned.T)
 
 
 @cache

@@ -3,6 +3,7 @@
 import itertools
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 
 import pytest
 from ur_cell import HERE, Cell, emulated_cell, wait_until
@@ -234,8 +235,10 @@ def test_two_controllers_move_two_arms_at_once(tmp_path):
         emulated_cell(tmp_path, 2) as left,
         emulated_cell(tmp_path, 3) as right,
         ThreadPoolExecutor(2) as threads,
+        closing(UrRtde(left.address)) as first,
+        closing(UrRtde(right.address)) as second,
     ):
-        robots = [UrRtde(left.address), UrRtde(right.address)]
+        robots = [first, second]
         targets = [NEAR, (-0.5, *HERE[1:])]
         for robot in robots:
             robot.connect()
@@ -249,5 +252,3 @@ def test_two_controllers_move_two_arms_at_once(tmp_path):
             move.result(10)
         for cell, target in ((left, NEAR), (right, targets[1])):
             assert cell.world.joints() == pytest.approx(target, abs=1e-12)
-        for robot in robots:
-            robot.close()

@@ -143,8 +143,8 @@ class CalibratedRobot:
     @property
     def whole_covariance(self) -> Float[Array, "everything everything"]:
         """Of all parameters, the effects' coefficients and, after them, the nests' coordinates."""
-        n, k = len(self.joint_covariance), 3 * len(self.targets)
-        whole = block_diag(self.joint_covariance, np.zeros((k, k)))
+        joint, k = self.joint_covariance, 3 * len(self.targets)
+        n, whole = len(joint), block_diag(joint, np.zeros((k, k)))
         if self.nest_covariance is not None:
             whole[n:] = self.nest_covariance
             whole[:n, n:] = whole[n:, :n].T
@@ -275,7 +275,6 @@ class CalibratedRobot:
             # The nest stands in the tool's stead, and moves along the flange's axes.
             first = 3 * list(self.targets).index(name)
             nests[:, first : first + 3] = J[:, -6:-3]
-            J = J.copy()
             J[:, -6:] = 0.0
         return np.concatenate([J, shifts, nests], axis=1)
 

@@ -180,33 +180,30 @@ def _there(
     problem
         The rows that took part.
     """
-    geometry, names = frames.cell.geometry, len(frames.cell.names)
-    n, places = geometry.n_parameters, frames.cell.places.size
+    names, links = len(frames.cell.names), np.arange(5 * bundle.robot.n_joints)
     kept = _kept(calibrated, carried)
-    acting = names + np.arange(len(kept))
-    known = np.concatenate([np.arange(n - 12), acting])
-    robot = calibrated.joint_covariance[np.ix_(*[np.concatenate([known[: n - 12], kept])] * 2)]
+    stood = np.concatenate([links, kept])
+    known = np.concatenate([links, names + np.arange(len(kept))])
+    robot = calibrated.joint_covariance[np.ix_(stood, stood)]
     free, moved = problem.free, moves_with_robot(problem, frames, carried)
     whole = np.zeros((names + len(kept), names + len(kept)))
     whole[np.ix_(known, known)] = robot
     whole[np.ix_(free, known)] = moved @ robot
     whole[np.ix_(known, free)] = robot @ moved.T
     whole[np.ix_(free, free)] = frames.covariance + moved @ robot @ moved.T
-    whole = geometry.covariance_at_origin(whole)
-    nests = np.arange(n, n + places)
-    shown = np.concatenate([np.arange(n), acting])
+    of_robot, of_coefficients, of_nests = frames.cell.covariances_at_origin(whole)
     return replace(
         calibrated,
-        model=geometry.with_frames_as_origin(),
-        covariance=whole[:n, :n],
+        model=frames.cell.geometry.with_frames_as_origin(),
+        covariance=of_robot,
         gravity=bundle.gravity,
         effects=carried,
         targets=frames.cell.targets,
         tool_known=bundle.tool_known,
         tool_rotation_known=bundle.tool_rotation_known,
         base_rotation_known=bundle.base_rotation_known,
-        coefficient_covariance=whole[np.ix_(acting, shown)],
-        nest_covariance=whole[np.ix_(nests, np.concatenate([shown, nests]))],
+        coefficient_covariance=of_coefficients,
+        nest_covariance=of_nests,
     )
 
 

@@ -91,6 +91,10 @@ def problem_answer(status: int, detail: str) -> JSONResponse:
     )
 
 
+def _is_trouble(error: Exception) -> bool:
+    return isinstance(error, _OF_THE_DATABASE) or is_damaged(error)
+
+
 def install(app: FastAPI) -> None:
     """Answer every error of the application as problem+json."""
 
@@ -111,20 +115,17 @@ def install(app: FastAPI) -> None:
         return answer
 
     def troubled(request: Request, error: Exception) -> JSONResponse:
+        # Whatever else the database complains of is a fault of the code.
+        if not _is_trouble(error):
+            raise error
         assert isinstance(error, DBAPIError)
         trouble = trouble_of(error)
         log.error("%s %s: %s (%s)", request.method, request.url.path, trouble, error.orig)
         return problem_answer(_STATUS_OF[trouble], trouble)
 
-    def damaged(request: Request, error: Exception) -> JSONResponse:
-        # Whatever else comes as such an error is a fault of the code.
-        if not is_damaged(error):
-            raise error
-        return troubled(request, error)
-
     def broken(request: Request, error: Exception) -> JSONResponse:
         # What stands before the routes meets the database as well.
-        if isinstance(error, _OF_THE_DATABASE) or is_damaged(error):
+        if _is_trouble(error):
             return troubled(request, error)
         return problem_answer(
             HTTPStatus.INTERNAL_SERVER_ERROR,
@@ -135,9 +136,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(Problem, refused)
     app.add_exception_handler(RequestValidationError, malformed)
     app.add_exception_handler(HTTPException, http_error)
-    for kind in _OF_THE_DATABASE:
-        app.add_exception_handler(kind, troubled)
-    app.add_exception_handler(DatabaseError, damaged)
+    app.add_exception_handler(DatabaseError, troubled)
     app.add_exception_handler(Exception, broken)
 
 

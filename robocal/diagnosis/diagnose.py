@@ -236,18 +236,15 @@ def _calibrated(
 ) -> CalibratedRobot:
     model = found.cell.geometry
     n_free = len(found.fit.free)
-    n, n_named = model.n_parameters, len(found.cell.names)
-    n_own = len(found.covariance) - n_free
+    n_named, n_own = len(found.cell.names), len(found.covariance) - n_free
     known = np.concatenate([found.fit.free, n_named + np.arange(n_own)])
     whole = np.zeros((n_named + n_own, n_named + n_own))
     whole[np.ix_(known, known)] = found.covariance
-    whole = model.covariance_at_origin(whole)
-    nests, own = np.arange(n, n + found.cell.places.size), np.arange(n_named, len(whole))
-    acting = np.concatenate([np.arange(n), own])
+    of_robot, of_coefficients, of_nests = found.cell.covariances_at_origin(whole)
     return CalibratedRobot(
         bundle.robot,
         model.with_frames_as_origin(),
-        whole[:n, :n],
+        of_robot,
         bundle.gravity,
         provenance,
         effects=found.effects,
@@ -256,8 +253,8 @@ def _calibrated(
         tool_known=bundle.tool_known,
         tool_rotation_known=bundle.tool_rotation_known,
         base_rotation_known=bundle.base_rotation_known,
-        coefficient_covariance=whole[np.ix_(own, acting)],
-        nest_covariance=whole[np.ix_(nests, np.concatenate([acting, nests]))],
+        coefficient_covariance=of_coefficients,
+        nest_covariance=of_nests,
     )
 
 

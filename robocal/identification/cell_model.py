@@ -91,6 +91,33 @@ class CellModel:
         own = np.arange(n - 3)
         return np.concatenate([own[: n - 6], np.arange(here, here + 3)]), own
 
+    def covariances_at_origin(
+        self, covariance: Float[Array, "unknown unknown"]
+    ) -> tuple[
+        Float[Array, "robot robot"],
+        Float[Array, "coefficient acting"],
+        Float[Array, "coordinate everything"],
+    ]:
+        """What `CalibratedRobot` keeps of a covariance, for the robot with its frames as origin.
+
+        Parameters
+        ----------
+        covariance
+            Of everything in `vector`, then of the effects' coefficients.
+
+        Returns
+        -------
+        Of the robot; of the coefficients with the robot and each other; of the nests' coordinates
+        with both and each other.
+        """
+        whole = self.geometry.covariance_at_origin(covariance)
+        n = self.geometry.n_parameters
+        nests = np.arange(n, n + self.places.size)
+        own = np.arange(len(self.names), len(whole))
+        acting = np.concatenate([np.arange(n), own])
+        everything = np.concatenate([acting, nests])
+        return whole[:n, :n], whole[np.ix_(own, acting)], whole[np.ix_(nests, everything)]
+
     @property
     def anchor_columns(self) -> slice:
         """Columns of the anchor, the last three."""

@@ -107,7 +107,7 @@ def _result(
     return Identification(
         nominal=bundle.robot.geometry,
         cell=replace(cell, geometry=cell.geometry.with_frames_as_origin()),
-        fitted_geometry=cell.geometry,
+        fitted=cell,
         free=problem.free,
         covariance=covariance,
         reasons=reasons,

@@ -56,13 +56,13 @@ class Identification:
     cell
         Identified cell; `base` and `tool` of its robot are zero, the identified frames stand in
         `station` and `flange`.
-    fitted_geometry
-        The same robot as the fit left it, its frames small moves away from where the fit began.
+    fitted
+        The same as the fit left it, the robot's frames small moves away from where the fit began.
     free
         Indices of the parameters that moved: the identified ones and those that only their prior
         holds.
     covariance
-        Of the free parameters of the fitted geometry, prior included, in the units of the vector
+        Of the free parameters of `fitted`, prior included, in the units of the vector
         [m, rad].
     reasons
         Why a parameter is redundant, by name.
@@ -76,7 +76,7 @@ class Identification:
 
     nominal: KinematicModel
     cell: CellModel
-    fitted_geometry: KinematicModel
+    fitted: CellModel
     free: Int[Array, "free"]
     covariance: Float[Array, "free free"]
     reasons: dict[str, str]
@@ -133,20 +133,17 @@ class Identification:
 
         That of base and tool is in small shifts and turns along the axes of these frames.
         """
-        robot = self.model.n_parameters
-        return self._of_everything()[:robot, :robot]
+        return self._at_origin()[0]
 
     def nest_covariance(self) -> Float[Array, "coordinate everything"]:
         """Of the nests' coordinates with the robot's parameters, then with each other."""
-        robot = self.model.n_parameters
-        last = robot + self.cell.places.size
-        return self._of_everything()[robot:last, :last]
+        return self._at_origin()[2]
 
-    def _of_everything(self) -> Float[Array, "name name"]:
+    def _at_origin(self) -> tuple[Array, Array, Array]:
         n = len(self.cell.names)
         full = np.zeros((n, n))
         full[np.ix_(self.free, self.free)] = self.covariance
-        return self.fitted_geometry.covariance_at_origin(full)
+        return self.fitted.covariances_at_origin(full)
 
     @property
     def base(self) -> Float[Array, "4 4"]:

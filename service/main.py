@@ -1,6 +1,5 @@
 """The service: `python -m service.main` listens; with `--openapi` it prints the API instead."""
 
-import gc
 import json
 import logging
 import socket
@@ -38,7 +37,7 @@ from service.parameters.answers import Answers
 from service.parameters.router import router as parameters_router
 from service.parent import end_with_parent
 from service.settings import Settings
-from service.start_up import listening_socket, prepare_database
+from service.start_up import keep_what_is_loaded, listening_socket, prepare_database
 from service.web.access_router import router as access_pages
 from service.web.base_calibration_router import router as base_calibration_pages
 from service.web.diagnosis_page import router as diagnosis_page
@@ -136,9 +135,7 @@ class _Server(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
         if self.started:
-            # What was loaded stays: to look through it for garbage holds all answers up.
-            gc.collect()
-            gc.freeze()
+            keep_what_is_loaded()
             host, port = self.servers[0].sockets[0].getsockname()[:2]
             scheme = "https" if self.config.is_ssl else "http"
             self._ready(f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}")

@@ -1,5 +1,6 @@
 """What has to be in place before the service listens; each fault in one sentence."""
 
+import gc
 import socket
 from typing import Any
 
@@ -30,6 +31,16 @@ def read_settings(**given: object) -> Settings:
         first = error.errors()[0]
         where = " ".join(["setting", *map(str, first["loc"])])
         raise BadInput(where, first["msg"].removeprefix("Value error, ")) from None
+
+
+def keep_what_is_loaded() -> None:
+    """Never look again for garbage in what the start has made; the rest is looked through.
+
+    A look through all of it holds every thread up for 0.05 s on an idle machine and 0.3 s on a
+    busy one: answers of the service wait, and the watchdog of a moving arm has 0.15 s.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 def prepare_database(settings: Settings) -> None:

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +16,9 @@ from tests.measured_cell import true_cell, write_bundle
 pytest_plugins = ["tests.postgresql"]
 
 os.environ[SETTING] = KEY
+
+# A suite that a script started in the background hears no Ctrl-C, nor would what its tests start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

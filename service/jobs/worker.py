@@ -33,7 +33,7 @@ from service.procedures.collect import collect
 from service.procedures.diagnose import diagnose, repeat
 from service.procedures.job import Held, Job
 from service.settings import Settings
-from service.start_up import prepare_database, read_settings
+from service.start_up import keep_what_is_loaded, prepare_database, read_settings
 from service.webhooks.sender import Sender
 
 PROCEDURES: dict[JobKind, Callable[[Job], None]] = {
@@ -151,6 +151,7 @@ def main() -> None:
     shutdown = shutdown_by_signal()
     database = open_database(settings.database_url, settings.busy_s)
     name = f"{socket.gethostname()}:{os.getpid()}"
+    keep_what_is_loaded()
     sys.stdout.write(json.dumps({"ready": True, "worker": name}) + "\n")
     sys.stdout.flush()
     queue = open_queue(database, settings.lease_s)

@@ -30,6 +30,8 @@ from drivers.emulators.world_config import GeometryError
 KINDS = ("clean", "one", "other_forms", "two", "background", "absent", "data_fault")
 INVISIBLE = "instrument_scale"
 """All lengths of the arm take it up exactly: never drawn as the cause to find."""
+SIDES = "load_backlash"
+"""Needs a joint whose load changes side; a SCARA has none."""
 BACKGROUND = 0.25
 """Size of the other effects in the kind `background`; [1]"""
 WITHOUT_PROBE = {"warm_up"}
@@ -202,7 +204,8 @@ def _choose(scene: Scene, options: Options) -> _Chosen:
         return _Chosen()
     if options.kind == "absent":
         return _choose_unlisted(scene, options.effect)
-    visible = [name for name in SIZES if name != INVISIBLE]
+    possible = [name for name in SIZES if name != SIDES or scene.reversing]
+    visible = [name for name in possible if name != INVISIBLE]
     main = options.effect or str(scene.draw.choice(visible))
     first = Hidden(main, SIZES[main](scene))
     if options.kind == "two":
@@ -210,7 +213,7 @@ def _choose(scene: Scene, options: Options) -> _Chosen:
         return _Chosen((first, Hidden(other, SIZES[other](scene))))
     if options.kind == "background":
         faint = replace(scene, size=scene.size * BACKGROUND)
-        rest = (Hidden(name, SIZES[name](faint), main=False) for name in SIZES if name != main)
+        rest = (Hidden(name, SIZES[name](faint), main=False) for name in possible if name != main)
         return _Chosen((first, *rest))
     return _Chosen((first,))
 

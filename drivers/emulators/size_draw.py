@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from drivers.emulators.campaign_draw import RISE_K
+from drivers.emulators.records import WorldError
 from drivers.emulators.true_arm import LinkTable, Vector
 
 Entries = dict[str, Any]
@@ -182,6 +183,8 @@ def backlash(scene: Scene) -> Entries:
 
 def load_backlash(scene: Scene) -> Entries:
     """0.1 to 0.6 mrad, at a joint whose load changes side."""
+    if not scene.reversing:
+        raise WorldError("config", "no joint's load changes side; hide another effect.")
     joint = int(scene.draw.choice(scene.reversing))
     return {
         "joint": joint,

@@ -236,13 +236,11 @@ def _rows(
     fields: Fields, name: str, n_joints: int, units: Float[Array, "other"], count: int
 ) -> Float[Array, "row unknown"]:
     """Covariances with the listed parameters, then with what has the given units."""
-    names = parameter_names(n_joints)
-    known = [names.index(name) for name in fields.texts("parameters") if name in names]
+    known, is_angle = _listed(fields, n_joints), parameter_is_angle(n_joints)
     rows = fields.number_rows(name, count, len(known) + len(units))
-    full = np.zeros((count, len(names) + len(units)))
-    unit = np.where(parameter_is_angle(n_joints), _DEG, 1e-3)[known]
-    full[:, known] = rows[:, : len(known)] * unit
-    full[:, len(names) :] = rows[:, len(known) :] * units
+    full = np.zeros((count, len(is_angle) + len(units)))
+    full[:, known] = rows[:, : len(known)] * np.where(is_angle, _DEG, 1e-3)[known]
+    full[:, len(is_angle) :] = rows[:, len(known) :] * units
     return full
 
 
@@ -266,15 +264,21 @@ def _frame(fields: Fields, name: str) -> Float[Array, "4 4"]:
 
 
 def _covariance(fields: Fields, n_joints: int) -> Float[Array, "parameter parameter"]:
-    names = parameter_names(n_joints)
-    listed = fields.texts("parameters")
+    known, is_angle = _listed(fields, n_joints), parameter_is_angle(n_joints)
+    unit = np.where(is_angle, _DEG, 1e-3)[known]
+    matrix = np.array(fields.matrix("matrix_deg_mm", len(known), len(known)))
+    fields.finish()
+    full = np.zeros((len(is_angle), len(is_angle)))
+    full[np.ix_(known, known)] = matrix.reshape(len(known), len(known)) * np.outer(unit, unit)
+    return full
+
+
+def _listed(fields: Fields, n_joints: int) -> list[int]:
+    """Numbers of the parameters that the covariance speaks of."""
+    names, listed = parameter_names(n_joints), fields.texts("parameters")
     for name in listed:
         if name not in names:
             raise fields.error("parameters", f"names '{name}', which is no parameter")
-    known = [names.index(name) for name in listed]
-    unit = np.where(parameter_is_angle(n_joints), _DEG, 1e-3)[known]
-    matrix = np.array(fields.matrix("matrix_deg_mm", len(known), len(known)))
-    fields.finish()
-    full = np.zeros((len(names), len(names)))
-    full[np.ix_(known, known)] = matrix.reshape(len(known), len(known)) * np.outer(unit, unit)
-    return full
+        if listed.count(name) > 1:
+            raise fields.error("parameters", f"names '{name}' twice")
+    return [names.index(name) for name in listed]

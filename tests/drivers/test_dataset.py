@@ -226,3 +226,20 @@ def test_a_robot_without_masses_is_refused_in_one_line(tmp_path):
     done = program("dataset", "--robot", bare, *places, "--seed", 1)
     assert done.returncode == 2
     assert done.stderr == "the robot's file has no links with masses; add them.\n"
+
+
+def test_an_arm_whose_loads_keep_their_side_hides_no_play_under_load(tmp_path):
+    """A SCARA's joints turn about upright axes."""
+    document = yaml.safe_load((ROOT / "robocal" / "robots" / "abb_irb910sc.yaml").read_text())
+    scara = tmp_path / "scara.yaml"
+    masses = [{"mass_kg": mass, "com_mm": [-100, 0, 40]} for mass in (7.0, 5.0, 2.0, 0.4)]
+    scara.write_text(yaml.safe_dump(document | {"links": masses}))
+    places = ("--robot", scara, "--out", tmp_path / "b", "--truth", tmp_path / "truth")
+    done = program("dataset", *places, "--kind", "background", "--seed", 1)
+    assert done.returncode == 0, done.stderr
+    names = {effect["effect"] for effect in truth_of(tmp_path)["effects"]}
+    assert len(names) == 18
+    assert "load_backlash" not in names
+    refused = program("dataset", *places, "--effect", "load_backlash", "--seed", 1)
+    assert refused.returncode == 2
+    assert refused.stderr == "no joint's load changes side; hide another effect.\n"

@@ -144,3 +144,21 @@ def test_an_older_model_does_not_say_how_sure_a_nest_is(call, cell, tmp_path):
     assert (status, "identify the bundle again" in warned) == (0, True)
     with out.open() as file:
         assert {row["u_x_mm"] for row in csv.DictReader(file)} == {""}
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "complaint"),
+    [
+        ("alpha_7", "field 'covariance.parameters' names 'alpha_7', which is no parameter"),
+        ("alpha_3", "field 'covariance.parameters' names 'alpha_3' twice"),
+    ],
+)
+def test_a_model_that_misnames_a_parameter_is_refused_by_that_name(
+    call, cell, tmp_path, spoilt, complaint
+):
+    assert call("identify", cell.folder, "--out", tmp_path)[0] == 0
+    path = tmp_path / "model.yaml"
+    path.write_text(path.read_text().replace("alpha_2", spoilt, 1))
+    out = tmp_path / "predicted.csv"
+    status, _, said = call("predict", path, cell.folder / "poses.csv", "--out", out)
+    assert (status, complaint in said, out.exists()) == (2, True, False), said

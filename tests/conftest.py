@@ -1,5 +1,6 @@
 """What tests of several folders share. Loading it makes the checkout importable as well."""
 
+import gc
 import os
 import shutil
 import signal
@@ -19,6 +20,13 @@ os.environ[SETTING] = KEY
 
 # A suite that a script started in the background hears no Ctrl-C, nor would what its tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _what_is_loaded_is_not_looked_through_again() -> None:
+    """A look for garbage takes a second after a thousand tests; an arm has a watchdog of 0.15 s."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture

@@ -6,13 +6,18 @@ With coefficients :math:`c \sim N(0, S)` of physical size and unit noise the Bay
 .. math:: \log BF = \tfrac12 b^T (M + S^{-1})^{-1} b - \tfrac12 \log\det(I + S M).
 """
 
+import math
+
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
+from scipy.special import chdtri
 
 _SIZES = (0.25, 0.5, 1.0)
 """Of a prior of several coefficients; [1]"""
 _SEVERAL = 3
+_BY_CHANCE = 0.05
+"""Chance that declared noise leaves so much that it counts as larger than declared; [1]"""
 
 
 def sizes_of(n_coefficients: int) -> tuple[float, ...]:
@@ -22,6 +27,26 @@ def sizes_of(n_coefficients: int) -> tuple[float, ...]:
     less than half a standard deviation it gives 3 %.
     """
     return _SIZES if n_coefficients >= _SEVERAL else (1.0,)
+
+
+def noise_scale(chi_square: float, nu: float) -> float:
+    """Noise that candidates are judged by, in declared ones: never less than declared.
+
+    What a model leaves counts as noise as far as chance does not explain it. So noise that was
+    stated far too small raises hardly an alarm, and where structure is plentiful selection ends
+    when it is within the remainder. An effect that just shows adds less to the sum of squares than
+    chance does: it is judged by the declared noise, not by a noise that it is part of.
+
+    Parameters
+    ----------
+    chi_square
+        Sum of the squared residuals, in declared noise.
+    nu
+        Their degrees of freedom.
+    """
+    if nu <= 0:
+        return 1.0
+    return math.sqrt(max(1.0, chi_square / float(chdtri(nu, _BY_CHANCE))))
 
 
 def log_bayes_factor(

@@ -18,13 +18,13 @@ from robocal.identification.observations import Observations
 from robocal.identification.outliers import REJECT, REJECT_GROSS, is_settled
 from robocal.identification.solve import Solution
 
-FALSE_ALARM = 0.025
+FALSE_ALARM = 0.03
 """Chance that clean data have anything named; [1]"""
 MOST_OUTLYING = 0.08
 """Share of rows up to which they are outliers; more are an effect, such as all after a step; [1]"""
 _ROUNDS = 3
 """Times that effects are chosen at most; [1]"""
-_NULL_DRAWS = 200
+_NULL_DRAWS = 400
 _NULL_ROWS = 300
 _MOST_SMALL, _MOST_LARGE = 10, 60
 """Effects at most, with few and with many rows; [1]"""

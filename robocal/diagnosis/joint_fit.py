@@ -14,6 +14,7 @@ from numpy import ndarray as Array
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Instance
+from robocal.diagnosis.evidence import noise_scale
 from robocal.diagnosis.extended import FittedEffect, moves_of, predict_at
 from robocal.diagnosis.linearised import Linearised, linearise
 from robocal.identification.cell_model import CellModel
@@ -66,12 +67,8 @@ class JointFit:
 
     @cached_property
     def scale(self) -> float:
-        """Noise that candidates are judged by, in declared ones: never less than declared.
-
-        What the model still leaves counts as noise. So noise that was stated too small raises no
-        alarm, and where structure is plentiful selection ends when it is within the remainder.
-        """
-        return float(np.sqrt(max(1.0, self.chi_square / self.nu))) if self.nu > 0 else 1.0
+        """Noise that candidates are judged by, in declared ones, see `noise_scale`."""
+        return noise_scale(self.chi_square, self.nu)
 
     def columns_without(self, *positions: int) -> Bool[Array, "unknown"]:
         """The unknowns that are left when some effects are taken out."""

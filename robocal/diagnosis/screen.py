@@ -21,7 +21,7 @@ from robocal.diagnosis.order_sweep import sweep_orders
 from robocal.diagnosis.step_sweep import STEPS, sweep_steps
 from robocal.progress import tell
 
-_SEARCHED_SHARE = 0.3
+_SEARCHED_SHARE = 0.5
 """Prior share of gear harmonics at orders that are not 1 or 2; [1]"""
 
 

@@ -43,6 +43,8 @@ MASS_SPREAD = 0.1
 """Standard deviation of true masses and centres about those in robot.yaml, relative; [1]"""
 PAYLOAD_SPREAD = 0.015
 """Of the payload's centre about the target, per axis [m]."""
+PLACE = ("links", "frames", "campaign")
+"""What cases of one place have in common."""
 REVERSING = 0.1
 """A joint's load changes side if it does so in this share of the rows; [1]"""
 
@@ -130,8 +132,14 @@ def slip_draw(options: Options) -> np.random.Generator:
     return np.random.default_rng(_seeds(options)["slip"])
 
 
-def draw_case(robot: NominalRobot, options: Options) -> Case:
+def draw_case(robot: NominalRobot, options: Options, where: Options | None = None) -> Case:
     """Draw everything that the seed leaves open.
+
+    Parameters
+    ----------
+    where
+        Options of a case whose arm, frames and campaign to take, with masses and effects of
+        one's own; the same options if None.
 
     Raises
     ------
@@ -142,7 +150,8 @@ def draw_case(robot: NominalRobot, options: Options) -> Case:
         raise WorldError("config", "the robot's file has no links with masses; add them.")
     if options.kind not in KINDS:
         raise WorldError("config", f"kind {options.kind!r} is not one of {', '.join(KINDS)}.")
-    draws = {name: np.random.default_rng(seeds) for name, seeds in _seeds(options).items()}
+    seeds = {**_seeds(options), **{name: _seeds(where or options)[name] for name in PLACE}}
+    draws = {name: np.random.default_rng(seed) for name, seed in seeds.items()}
     table = disturbed_links(robot.table, GEOMETRY, draws["links"])
     base, tool = draw_base(draws["frames"]).matrix(), draw_tool(draws["frames"]).matrix()
     load = _true_load(robot, tool[:3, 3], draws["masses"])

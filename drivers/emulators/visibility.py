@@ -18,6 +18,7 @@ from drivers.emulators.true_arm import LinkTable, Vector, link_frames
 
 STEP = 1e-6
 """Of a parameter, either side [m], [rad]."""
+UNMOVED = np.eye(4)
 SAME = 1e-6
 """Directions whose singular value is less than this part of the largest are numerical dust; [1]"""
 NEARLY_PARALLEL = 0.1
@@ -47,34 +48,58 @@ def apart(T: Matrix, T_other: Matrix, seen: Vector, seen_other: Vector, sigma: S
 
 def geometry_basis(cell: HiddenCell, q: Vector, sigma: Sigma) -> Vector:
     """Orthonormal columns of everything that links, base and tool can explain."""
-    eye = np.eye(4)
+    links, _ = link_columns(cell, q, sigma)
+    return orthonormal(np.concatenate([links, frame_columns(cell, q, sigma)], axis=1))
 
-    def poses(table: LinkTable, before: Matrix = eye, after: Matrix = eye) -> Matrix:
-        return np.asarray(cell.base @ before @ link_frames(table, q)[-1] @ cell.tool @ after)
 
-    def column(T_plus: Matrix, T_minus: Matrix) -> Vector:
-        return apart(T_plus, T_minus, T_plus[..., :3, 3], T_minus[..., :3, 3], sigma).ravel()
-
-    def across(name: str, joint: int) -> Vector:
-        wider, narrower = (_moved(cell.table, name, joint, step) for step in (STEP, -STEP))
-        return column(poses(wider), poses(narrower))
-
-    columns = [
-        across(name, joint)
-        for name in ("theta", "d", "a", "alpha", "beta")
-        for joint in range(cell.table.n_joints)
-        if name != "beta" or abs(np.sin(cell.table.alpha[joint])) < NEARLY_PARALLEL
-    ]
-    for axis in np.eye(3) * STEP:
-        for motion in (small_motion(axis, np.zeros(3)), small_motion(np.zeros(3), axis)):
-            back = np.asarray(np.linalg.inv(motion), dtype=np.float64)
-            columns.append(column(poses(cell.table, before=motion), poses(cell.table, before=back)))
-            columns.append(column(poses(cell.table, after=motion), poses(cell.table, after=back)))
-    J = np.stack(columns, axis=1)
+def orthonormal(J: Vector) -> Vector:
+    """Return a basis of what these columns span."""
     length = np.linalg.norm(J, axis=0)
     J = J[:, length > 0.0] / length[length > 0.0]
     U, singular, _ = np.linalg.svd(J, full_matrices=False)
     return np.asarray(U[:, singular > SAME * singular[0]])
+
+
+def link_columns(cell: HiddenCell, q: Vector, sigma: Sigma) -> tuple[Vector, NDArray[np.bool_]]:
+    """Derivatives by the links' parameters, and which of these are angles [1/m], [1/rad]."""
+    names = [
+        (name, joint)
+        for name in ("theta", "d", "a", "alpha", "beta")
+        for joint in range(cell.table.n_joints)
+        if name != "beta" or abs(np.sin(cell.table.alpha[joint])) < NEARLY_PARALLEL
+    ]
+    columns = []
+    for name, joint in names:
+        more, less = (_moved(cell.table, name, joint, step) for step in (STEP, -STEP))
+        columns.append(_column(_poses(cell, q, more), _poses(cell, q, less), sigma))
+    return np.stack(columns, axis=1), np.array([name not in {"d", "a"} for name, _ in names])
+
+
+def frame_columns(cell: HiddenCell, q: Vector, sigma: Sigma) -> Vector:
+    """Derivatives by shifts and turns of base and tool [1/m], [1/rad]."""
+    columns, table, eye = [], cell.table, UNMOVED
+    for axis in np.eye(3) * STEP:
+        for motion in (small_motion(axis, np.zeros(3)), small_motion(np.zeros(3), axis)):
+            back = np.asarray(np.linalg.inv(motion), dtype=np.float64)
+            for before, after in (((motion, eye), (back, eye)), ((eye, motion), (eye, back))):
+                there, other = (_poses(cell, q, table, *pair) for pair in (before, after))
+                columns.append(_column(there, other, sigma))
+    return np.stack(columns, axis=1)
+
+
+def _poses(
+    cell: HiddenCell,
+    q: Vector,
+    table: LinkTable,
+    before: Matrix = UNMOVED,
+    after: Matrix = UNMOVED,
+) -> Matrix:
+    return np.asarray(cell.base @ before @ link_frames(table, q)[-1] @ cell.tool @ after)
+
+
+def _column(T_plus: Matrix, T_minus: Matrix, sigma: Sigma) -> Vector:
+    found = apart(T_plus, T_minus, T_plus[..., :3, 3], T_minus[..., :3, 3], sigma)
+    return np.asarray(found.ravel() / (2.0 * STEP))
 
 
 def _moved(table: LinkTable, name: str, joint: int, step: float) -> LinkTable:

@@ -1,0 +1,28 @@
+"""The best test whatever, where the answer is known."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from tests.blind.trials import ROBOTS
+from tests.studies.detection_bound import Place, detected, place
+
+NORMAL_97 = 1.8808
+"""Quantile that leaves 3 % of clean campaigns above."""
+
+
+def test_of_one_known_effect_it_is_the_test_of_a_normal_mean():
+    alike = np.tile(np.eye(12)[0], (40, 1))
+    shares = detected(Place(np.full(40, 5.0), alike), 5.0, seed=1)
+    assert shares == pytest.approx(2 * [norm.cdf(5.0 - NORMAL_97)], abs=0.01)
+    assert detected(Place(np.full(40, 5.0), 0.5 * alike), 5.0, seed=1) == pytest.approx(
+        2 * [norm.cdf(2.5 - NORMAL_97)], abs=0.04
+    )
+
+
+def test_a_geometry_of_known_spread_hides_no_more_than_one_that_may_be_anything():
+    at = place(ROBOTS[0], seed=3, index=0, effects=60)
+    lengths = np.linalg.norm(at.shape, axis=1)
+    assert len(lengths) > 3
+    assert (lengths > 1.0 - 1e-6).all()
+    assert (lengths < 1.5).all()

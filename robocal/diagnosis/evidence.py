@@ -32,10 +32,11 @@ def sizes_of(n_coefficients: int) -> tuple[float, ...]:
 def noise_scale(chi_square: float, nu: float) -> float:
     """Noise that candidates are judged by, in declared ones: never less than declared.
 
-    What a model leaves counts as noise as far as chance does not explain it. So noise that was
-    stated far too small raises hardly an alarm, and where structure is plentiful selection ends
-    when it is within the remainder. An effect that just shows adds less to the sum of squares than
-    chance does: it is judged by the declared noise, not by a noise that it is part of.
+    What a model leaves counts as noise as far as chance does not explain it, and where structure is
+    plentiful selection ends when it is within the remainder. An effect that just shows adds less to
+    the sum of squares than chance does: it is judged by the declared noise, not by a noise that it
+    is part of. The price: noise that was stated too small is taken for a little less than it is,
+    with few rows for a good deal less, and then names something in clean data more often.
 
     Parameters
     ----------

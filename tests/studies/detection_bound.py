@@ -16,7 +16,6 @@ there is to know: the share is too large. Where it is not, T lacks it: the share
 import argparse
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,7 +31,7 @@ from drivers.emulators.visibility import (
     orthonormal,
     visibility,
 )
-from tests.blind.trials import ROBOTS, WORKERS
+from tests.blind.trials import ROBOTS, workers
 
 STRENGTHS = (5.0, 5.5, 6.0, 6.5)
 ALARMS = 0.03
@@ -117,7 +116,7 @@ def one_place(robot: Path, seed: int, index: int, effects: int) -> list[tuple[fl
 
 def report(seed: int, places: int, effects: int) -> Iterator[str]:
     """One line a strength."""
-    with ProcessPoolExecutor(WORKERS) as pool:
+    with workers() as pool:
         robots = [ROBOTS[index % len(ROBOTS)] for index in range(places)]
         given = ([seed] * places, range(places), [effects] * places)
         shares = np.array(list(pool.map(one_place, robots, *given)))

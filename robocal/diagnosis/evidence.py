@@ -16,8 +16,8 @@ from scipy.special import chdtri
 _SIZES = (0.25, 0.5, 1.0)
 """Of a prior of several coefficients; [1]"""
 _SEVERAL = 3
-_BY_CHANCE = 0.05
-"""Chance that declared noise leaves so much that it counts as larger than declared; [1]"""
+_BY_CHANCE = 0.01
+"""Chance that declared noise leaves so much that it is no longer believed; [1]"""
 
 
 def sizes_of(n_coefficients: int) -> tuple[float, ...]:
@@ -32,11 +32,11 @@ def sizes_of(n_coefficients: int) -> tuple[float, ...]:
 def noise_scale(chi_square: float, nu: float) -> float:
     """Noise that candidates are judged by, in declared ones: never less than declared.
 
-    What a model leaves counts as noise as far as chance does not explain it, and where structure is
-    plentiful selection ends when it is within the remainder. An effect that just shows adds less to
-    the sum of squares than chance does: it is judged by the declared noise, not by a noise that it
-    is part of. The price: noise that was stated too small is taken for a little less than it is,
-    with few rows for a good deal less, and then names something in clean data more often.
+    An effect that just shows adds less to the sum of squares than chance does: it is judged by the
+    declared noise, not by a noise that it is part of. Where what is left contradicts the declared
+    noise, that is believed no more: everything left counts as noise, and where structure is
+    plentiful selection ends when it is within the remainder. The price: noise that was stated a
+    little too small of few rows goes unnoticed, and then names something in clean data more often.
 
     Parameters
     ----------
@@ -45,9 +45,9 @@ def noise_scale(chi_square: float, nu: float) -> float:
     nu
         Their degrees of freedom.
     """
-    if nu <= 0:
+    if nu <= 0 or chi_square <= float(chdtri(nu, _BY_CHANCE)):
         return 1.0
-    return math.sqrt(max(1.0, chi_square / float(chdtri(nu, _BY_CHANCE))))
+    return math.sqrt(chi_square / nu)
 
 
 def log_bayes_factor(

@@ -14,15 +14,11 @@ def test_an_effect_that_just_shows_is_judged_by_the_declared_noise():
     assert noise_scale(0.5 * NU, NU) == 1.0
 
 
-@pytest.mark.parametrize("truly", [1.2, 2.0, 10.0])
-def test_noise_stated_too_small_is_taken_for_what_it_surely_is(truly):
-    least = truly * (NU / chi2.ppf(0.95, NU)) ** 0.5
-    assert noise_scale(truly**2 * NU, NU) == pytest.approx(least)
-    assert 0.94 * truly < least < truly
-
-
-def test_with_many_rows_it_is_what_the_model_leaves():
-    assert noise_scale(4.0 * 36_000, 36_000) == pytest.approx(2.0, rel=0.01)
+def test_noise_that_the_residuals_surely_contradict_is_taken_for_what_they_show():
+    surely, hardly = chi2.ppf(0.995, NU), chi2.ppf(0.98, NU)
+    assert noise_scale(hardly, NU) == 1.0
+    assert noise_scale(surely, NU) == pytest.approx((surely / NU) ** 0.5)
+    assert noise_scale(1.5**2 * NU, NU) == pytest.approx(1.5)
 
 
 def test_without_a_degree_of_freedom_it_is_as_declared():

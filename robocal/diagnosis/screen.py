@@ -76,12 +76,9 @@ def _listed(
 
 
 def of_all_sizes(group: Group) -> Group:
-    """Every candidate with each of the sizes that it may have.
-
-    Steps are tried at every row: small ones would be found everywhere, so they keep one size.
-    """
+    """Every candidate with each of the sizes that it may have."""
     sizes = sizes_of(group.prior_std.shape[1])
-    if len(sizes) == 1 or group.effect in STEPS:
+    if len(sizes) == 1:
         return group
     count, n = len(sizes), len(group.log_prior)
     return replace(

@@ -15,7 +15,7 @@ from robocal.diagnosis.effect import (
     revolute_joints,
     theta,
 )
-from robocal.diagnosis.load_size import compliance_of, weight_of
+from robocal.diagnosis.load_size import joint_compliance_of, weight_of
 from robocal.diagnosis.unknown_masses import (
     point_of,
     torques_of_unit_masses,
@@ -24,7 +24,8 @@ from robocal.diagnosis.unknown_masses import (
 
 _COMPLIANCE = "compliance_rad_per_nm"
 YIELD = 1.5e-3
-"""Under the joint's largest torque: some tenths of a millimetre to a millimetre at the tip [rad]"""
+"""Of the joint that carries most, under its largest torque: tenths of a millimetre to a millimetre
+at the tip [rad]"""
 PRIOR = 2e-5
 """Where masses are unknown: 10 to 100 microradian a newton metre in small arms [rad/Nm]"""
 LEAST_TORQUE = 0.05
@@ -53,9 +54,9 @@ class JointCompliance:
     def _coefficients(self, rows: Circumstances, joint: int) -> tuple[Coefficient, ...]:
         """One where the masses are stated, else one for every place of an unknown mass."""
         if rows.robot.masses is not None:
-            torque = rows.torque[joint - 1]
-            loaded = np.ptp(torque) > LEAST_TORQUE
-            return (Coefficient(_COMPLIANCE, compliance_of(YIELD, torque)),) if loaded else ()
+            if np.ptp(rows.torque[joint - 1]) <= LEAST_TORQUE:
+                return ()
+            return (Coefficient(_COMPLIANCE, joint_compliance_of(YIELD, rows.torque, joint)),)
         loads = torques_of_unit_masses(rows, joint)
         unknown = unit_mass_coefficients("compliance", PRIOR, loads, LEAST_TORQUE)
         known = (Coefficient(_COMPLIANCE, PRIOR),) if rows.has_payload else ()

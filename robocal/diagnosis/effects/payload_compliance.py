@@ -15,10 +15,10 @@ from robocal.diagnosis.effect import (
     revolute_joints,
     theta,
 )
-from robocal.diagnosis.load_size import compliance_of, weight_of
+from robocal.diagnosis.load_size import joint_compliance_of, weight_of
 
 YIELD = 1e-3
-"""Under the joint's largest torque by the payload [rad]"""
+"""Of the joint that carries most of it, under its largest torque by the payload [rad]"""
 LEAST_TORQUE = 0.05
 """[Nm]"""
 
@@ -38,21 +38,17 @@ class PayloadCompliance:
         """Every place where it could act."""
         if not rows.has_payload:
             return []
-        loaded = [
-            (joint, rows.payload_torque[joint - 1])
-            for joint in revolute_joints(rows)
-            if np.ptp(rows.payload_torque[joint - 1]) > LEAST_TORQUE
-        ]
-        name = "compliance_rad_per_nm"
+        loads, name = rows.payload_torque, "compliance_rad_per_nm"
         return [
             Instance(
                 self.name,
                 joint,
                 (),
-                (Coefficient(name, compliance_of(YIELD, torque)),),
-                weight_of(torque),
+                (Coefficient(name, joint_compliance_of(YIELD, loads, joint)),),
+                weight_of(loads[joint - 1]),
             )
-            for joint, torque in loaded
+            for joint in revolute_joints(rows)
+            if np.ptp(loads[joint - 1]) > LEAST_TORQUE
         ]
 
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:

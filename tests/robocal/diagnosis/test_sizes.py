@@ -8,6 +8,7 @@ import pytest
 from robocal.diagnosis.effect import Coefficient, Instance
 from robocal.diagnosis.evidence import log_sum_exp
 from robocal.diagnosis.group import Group, listed
+from robocal.diagnosis.load_size import joint_compliance_of
 from robocal.diagnosis.screen import of_all_sizes
 
 
@@ -46,11 +47,17 @@ def test_every_size_is_a_candidate_of_its_own_for_the_same_cause():
     np.testing.assert_allclose(np.exp(grown.log_prior).sum(), 1.0)
 
 
-def test_a_step_which_is_searched_keeps_its_size():
-    plain = replace(group_of(0.12), effect="base_step")
-    assert of_all_sizes(plain) is plain
+def test_a_step_that_is_searched_may_be_small_too():
+    steps = replace(group_of(0.12), effect="base_step")
+    assert evidence(of_all_sizes(steps)) == evidence(of_all_sizes(group_of(0.12)))
 
 
 def test_an_effect_with_one_coefficient_keeps_its_size():
     plain = group_of(0.12, axes=1)
     assert of_all_sizes(plain) is plain
+
+
+def test_a_joint_that_holds_a_ninth_is_thought_to_turn_by_a_third():
+    loads = np.array([[-90.0, 20.0, 60.0], [3.0, -10.0, 1.0]])
+    assert joint_compliance_of(1.5e-3, loads, 1) * 90.0 == pytest.approx(1.5e-3)
+    assert joint_compliance_of(1.5e-3, loads, 2) * 10.0 == pytest.approx(0.5e-3)

@@ -16,22 +16,12 @@ there is to know: the share is too large. Where it is not, T lacks it: the share
 import argparse
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from drivers.emulators.blind_case import GEOMETRY, Case, Options, draw_case
-from drivers.emulators.robot_file import read_robot
-from drivers.emulators.visibility import (
-    difference,
-    frame_columns,
-    geometry_basis,
-    link_columns,
-    orthonormal,
-    visibility,
-)
 from tests.blind.trials import ROBOTS, workers
+from tests.studies.drawn_effects import Place, likelihoods, place
 
 STRENGTHS = (5.0, 5.5, 6.0, 6.5)
 ALARMS = 0.03
@@ -40,55 +30,11 @@ NEAR = 1.5
 """Effects that came out within this factor of a strength stand for those of that strength; [1]"""
 DRAWS = 4000
 """Of noise, for the threshold and for each share."""
-PIECE = 200
-
-
-@dataclass(frozen=True)
-class Place:
-    """One arm and campaign: what its effects add to whitened readings."""
-
-    strength: np.ndarray
-    """Lambda of every effect, (effect,)."""
-    shape: np.ndarray
-    """Root of W times what the effect adds at a Lambda of 1, (effect, scalar)."""
-
-
-def place(robot: Path, seed: int, index: int, effects: int) -> Place:
-    """Draw many effects at one arm and campaign."""
-    arm, where = read_robot(robot), Options(seed, index, "one")
-    first = draw_case(arm, where)
-    fit, q = ~first.campaign.check, first.campaign.q
-    basis = geometry_basis(first.cell, q[fit], where.sigma)
-    root = _root_of_weight(first)
-    strengths, shapes = [], []
-    for number in range(effects):
-        case = draw_case(arm, Options(seed, number, "one"), where)
-        added = difference(
-            case.cell, case.without(0), q, first.campaign.circumstances(), where.sigma
-        )
-        strength = visibility(added, basis, fit).strength
-        if NEAR * STRENGTHS[-1] > strength > STRENGTHS[0] / NEAR:
-            strengths.append(strength)
-            shapes.append(root @ added[fit].ravel() / strength)
-    return Place(np.array(strengths), np.array(shapes))
-
-
-def _root_of_weight(case: Case) -> np.ndarray:
-    """Symmetric root of W: geometry has the law it is drawn by, the frames may be anywhere."""
-    q, sigma = case.campaign.q[~case.campaign.check], case.options.sigma
-    J, angles = link_columns(case.cell, q, sigma)
-    J = J * np.where(angles, GEOMETRY.angle_mrad, GEOMETRY.length_mm) * 1e-3
-    frames = orthonormal(frame_columns(case.cell, q, sigma))
-    J -= frames @ (frames.T @ J)
-    U, s, _ = np.linalg.svd(J, full_matrices=False)
-    without = np.eye(len(J)) - frames @ frames.T
-    return without - (U * (1.0 - 1.0 / np.hypot(1.0, s))) @ U.T
 
 
 def evidence(known: np.ndarray, readings: np.ndarray) -> np.ndarray:
     """Logarithm of T for whitened readings (scalar, reading), by the effects that it knows."""
-    half = 0.5 * (known**2).sum(axis=1, keepdims=True)
-    pieces = [known @ part - half for part in np.array_split(readings, len(readings.T) // PIECE, 1)]
+    pieces = likelihoods(known, readings)
     return np.concatenate([np.logaddexp.reduce(piece, axis=0) for piece in pieces])
 
 
@@ -96,7 +42,8 @@ def detected(at: Place, strength: float, seed: int) -> tuple[float, float]:
     """Share detected where T knows the hidden effect, and where it does not."""
     rng = np.random.default_rng(seed)
     near = (at.strength < NEAR * strength) & (at.strength > strength / NEAR)
-    shapes = rng.permutation(at.shape[near]) * strength
+    shapes = at.shift[near] * (strength / at.strength[near])[:, None]
+    shapes = rng.permutation(shapes)
     half = len(shapes) // 2
     noise, alarm = (rng.normal(size=(shapes.shape[1], DRAWS)) for _ in range(2))
     hidden = shapes[rng.integers(half, size=DRAWS)].T + noise

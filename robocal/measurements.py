@@ -61,6 +61,18 @@ class MeasurementSet:
         """Rows with a full pose."""
         return np.asarray(np.isfinite(self.orientation[:, 0]))
 
+    @property
+    def visit(self) -> Int[Array, "row"]:
+        """A number for every row; repeats share it: one pose, nest, payload and approach."""
+        nest = np.unique(np.array(self.target, dtype=str), return_inverse=True)[1]
+        circumstances = np.column_stack([
+            self.pose,
+            nest.ravel(),
+            np.nan_to_num(self.payload),
+            np.nan_to_num(self.approach),
+        ])
+        return np.asarray(np.unique(circumstances, axis=0, return_inverse=True)[1]).ravel()
+
     def rows(self, choice: Bool[Array, "row"]) -> "MeasurementSet":
         """The rows where `choice` is True."""
         chosen: dict[str, object] = {

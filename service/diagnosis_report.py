@@ -12,7 +12,7 @@ from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
 from robocal.diagnosis.effect import Instance
 from robocal.formats.bundle import Bundle
 from service.diagnosis_plots import covariate_plots, residual_plot
-from service.report_lines import VERDICTS, not_used_lines
+from service.report_lines import headline, noise_lines, not_used_lines
 
 _MOST_CAUSES = 8
 _UNITS = (
@@ -71,7 +71,7 @@ def report_parts(bundle: Bundle, found: Diagnosis) -> dict[str, Any]:
         "rows": len(bundle.measurements),
         "date": found.calibrated.provenance.date,
         "version": version("robocal"),
-        "verdict": _capital(VERDICTS[found.verdict]),
+        "verdict": _capital(headline(found)),
         "before": found.gain.before * 1e3,
         "after": found.gain.after * 1e3,
         "reduction": found.gain.reduction,
@@ -84,6 +84,7 @@ def report_parts(bundle: Bundle, found: Diagnosis) -> dict[str, Any]:
         "plots": covariate_plots(bundle.measurements, bundle.robot, found.residuals),
         "faults": [
             *(f"{slip.report()} (mended before the diagnosis)" for slip in found.slips),
+            *noise_lines(found),
             *_not_used(found),
         ],
         "remains": [dependence.covariate for dependence in found.depends_on[:6]],

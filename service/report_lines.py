@@ -61,8 +61,14 @@ def _redundant(result: Identification) -> list[str]:
 
 
 def not_used_lines(rows: tuple[RejectedRow, ...]) -> list[str]:
-    """One line for every row that takes no part, with the reason."""
-    return [f"measurements.csv line {row.line} not used: {row.reason}" for row in rows]
+    """Which rows take no part: one line for every reason."""
+    lines: dict[str, list[str]] = {}
+    for row in rows:
+        lines.setdefault(row.reason, []).append(str(row.line))
+    return [
+        f"measurements.csv line{'s' * (len(own) > 1)} {', '.join(own)} not used: {reason}"
+        for reason, own in lines.items()
+    ]
 
 
 def _kinds(rows: MeasurementSet) -> str:
@@ -96,6 +102,27 @@ VERDICTS = {
     Verdict.unknown_cause: "something is there that nothing of the catalogue explains",
 }
 _MOST_LINES = 12
+_TOO_FEW = "too little is measured to judge the geometry by"
+_ONLY_NOISE = "the residuals are larger than declared, and so is the scatter of repeats"
+_LARGER = "what is left goes with nothing that was recorded: the noise may be stated too small"
+
+
+def headline(found: Diagnosis) -> str:
+    """The verdict for people, or why there is none."""
+    if not found.geometry_adequacy.judged:
+        return _TOO_FEW
+    if found.only_noise_is_larger:
+        return _ONLY_NOISE
+    return VERDICTS[found.verdict]
+
+
+def noise_lines(found: Diagnosis) -> list[str]:
+    """What speaks for a noise that is not as declared."""
+    repeats = found.pure_error
+    if repeats is not None and repeats.is_larger_than_declared:
+        return [repeats.sentence]
+    unknown = found.verdict is Verdict.unknown_cause and not found.depends_on
+    return [_LARGER] if unknown else []
 
 
 def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
@@ -103,7 +130,7 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
     gain = found.gain
     low, high = gain.ci95
     lines = [
-        VERDICTS[found.verdict],
+        headline(found),
         f"reduced chi-square {found.geometry_adequacy.reduced_chi_square:.3g} by geometry, "
         f"{found.adequacy.reduced_chi_square:.3g} with the causes below",
     ]
@@ -111,6 +138,7 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
         lines.append(found.adequacy.sentence)
     elif found.adequacy.is_too_quiet:
         lines.append(found.adequacy.quiet_sentence)
+    lines += noise_lines(found)
     for named in found.effects[:_MOST_LINES]:
         own = (named.fitted.instance.effect, named.fitted.instance.joint)
         others = [cause for cause in named.naming.causes if cause.key != own][:2]

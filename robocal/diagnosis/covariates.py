@@ -20,6 +20,8 @@ from robocal.diagnosis.linearised import Linearised
 SIGNIFICANT = 1e-4
 """Chance per block that counts as a dependence; [1]"""
 ORIENTATION = "tool_orientation"
+_DUST = 1e-4
+"""Share of a column that projection must leave: geometry is known to no more digits; [1]"""
 SWAYS = 12
 """Half periods of a slow sway over the campaign; [1]"""
 
@@ -39,7 +41,7 @@ def dependences(rows: Circumstances, fit: Linearised) -> list[Dependence]:
     blocks.append((clock(rows), _sway(rows, fit)))
     blocks.append((ORIENTATION, fit.columns(seen_askew(rows))))
     for name, X in blocks:
-        X = X - fit.basis @ (fit.basis.T @ X)
+        X = _surviving(fit, X)
         statistic = float(chi_square(X.T @ X, X.T @ fit.r))
         k = _rank(X)
         nu = fit.n_measured - fit.basis.shape[1] - k
@@ -133,6 +135,17 @@ def _block(
     return np.asarray(X[:, length > 0] / length[length > 0])
 
 
+def _surviving(
+    fit: Linearised, X: Float[Array, "scalar column"]
+) -> Float[Array, "scalar surviving"]:
+    """What projection leaves of the columns; of some it leaves dust alone."""
+    before = np.linalg.norm(X, axis=0)
+    X = X - fit.basis @ (fit.basis.T @ X)
+    return np.asarray(X[:, np.linalg.norm(X, axis=0) > _DUST * before])
+
+
 def _rank(X: Float[Array, "scalar column"]) -> int:
+    if not X.shape[1]:
+        return 0
     values = np.linalg.eigvalsh(X.T @ X)
     return int((values > 1e-8 * max(values[-1], 1e-300)).sum())

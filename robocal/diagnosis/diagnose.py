@@ -27,8 +27,10 @@ from robocal.diagnosis.exchange import exchange_effects
 from robocal.diagnosis.find import MOST_OUTLYING, Steps, find_effects
 from robocal.diagnosis.gain import gain_of
 from robocal.diagnosis.joint_fit import JointFit, fit_jointly
+from robocal.diagnosis.judgeable_rows import judgeable
 from robocal.diagnosis.judged_effects import judge_effects
 from robocal.diagnosis.next_poses import split_causes
+from robocal.diagnosis.pure_error import pure_error
 from robocal.diagnosis.step_sweep import STEPS
 from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import evenly
@@ -70,7 +72,8 @@ def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
     """
     slips = find_slips(bundle)
     # Rival mends fit equally well by definition; the report tells them all.
-    bundle = mend(bundle, tuple(replace(slip, rivals=()) for slip in slips))
+    rows = judgeable(mend(bundle, tuple(replace(slip, rivals=()) for slip in slips)))
+    bundle = rows.bundle
     ready = prepare(bundle, bundle.choices)
     held_out = ready.rows.held_out
     observed = ready.observe(bundle, ~held_out)
@@ -90,7 +93,7 @@ def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
         judged = _judged(targets, solution, steps)
         effects = judge_effects(targets, steps.fitted, judged, steps.geometric, steps.found)
     said = _diagnosis(bundle, targets, solution, steps, judged, effects, provenance)
-    return replace(said, slips=slips)
+    return replace(said, slips=slips, hidden=(*rows.unrecorded, *said.hidden))
 
 
 def _doubtful(effects: list[NamedEffect]) -> set[Instance]:
@@ -152,6 +155,7 @@ def _diagnosis(
         verdict=_verdict(found, adequate=adequacy.leaves_noise_alone and not depends),
         geometry_adequacy=judge(geometric.chi_square, geometric.nu),
         lack_of_fit_p=float(gammaincc(geometric.nu / 2.0, geometric.chi_square / 2.0)),
+        pure_error=pure_error(geometric, found, measured.visit[steps.fitted]),
         adequacy=adequacy,
         effects=tuple(effects),
         unusable=_by_line(*bundle.rejected, *_unpredicted(lines, steps)),

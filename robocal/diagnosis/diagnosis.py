@@ -13,6 +13,7 @@ from robocal.diagnosis.causes import UNLISTED, Naming
 from robocal.diagnosis.covariates import Dependence
 from robocal.diagnosis.extended import FittedEffect
 from robocal.diagnosis.gain import Gain
+from robocal.diagnosis.pure_error import PureError
 from robocal.formats.bundle import RejectedRow
 from robocal.identification.adequacy import Adequacy
 
@@ -92,6 +93,7 @@ class Diagnosis:
     geometry_adequacy: Adequacy
     """Of the geometric model alone."""
     lack_of_fit_p: float
+    pure_error: PureError | None
     adequacy: Adequacy
     """Of the extended model."""
     effects: tuple[NamedEffect, ...]
@@ -112,6 +114,12 @@ class Diagnosis:
     """Effects that these data cannot show, each with what would."""
     slips: tuple[Slip, ...] = ()
     """Slips of the data that were mended before anything else."""
+
+    @property
+    def only_noise_is_larger(self) -> bool:
+        """Whether repeats contradict the declared noise, and nothing contradicts the model."""
+        unknown = self.verdict is Verdict.unknown_cause and not self.depends_on
+        return unknown and self.pure_error is not None and self.pure_error.is_all_that_is_left
 
     @property
     def over_noise_floor(self) -> float:

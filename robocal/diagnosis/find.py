@@ -14,6 +14,7 @@ from robocal.diagnosis.screen import null_threshold
 from robocal.diagnosis.select import Limits, select_effects
 from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import chosen_rows, evenly
+from robocal.identification.adequacy import LEAST_NU
 from robocal.identification.observations import Observations
 from robocal.identification.outliers import REJECT, REJECT_GROSS, is_settled
 from robocal.identification.solve import Solution
@@ -87,10 +88,13 @@ def _choose(targets: Targets, solution: Solution, candidates: Int[Array, "row"])
     fitted = candidates[solution.used]
     rows = targets.around.rows(chosen_rows(fitted, len(targets.measured)))
     geometric = fit_jointly(solution.problem, solution.fit.cell, rows, ())
+    none = np.zeros(len(candidates), dtype=bool)
+    if geometric.nu < LEAST_NU:
+        # Hardly anything is left over: evidence and threshold are both rounding.
+        return Steps(rows, fitted, geometric, geometric, unpredicted=none)
     most = _MOST_LARGE if len(rows) > _MANY_ROWS else _MOST_SMALL
     limits = Limits(_threshold(rows, geometric), most)
     found = select_effects(solution.problem, solution.fit.cell, rows, limits)
-    none = np.zeros(len(candidates), dtype=bool)
     return Steps(rows, fitted, geometric, found, unpredicted=none)
 
 

@@ -118,6 +118,22 @@ class JointFit:
         r = fit.r + fit.more[:, ~extra] @ values[~extra]
         return replace(rest, r=rest.refitted(r, self.pull[kept]))
 
+    def refitted_without(self, *positions: int) -> tuple[CellModel, tuple[FittedEffect, ...]]:
+        """Geometry and effects as they would be without some of them, to first order."""
+        n_free, kept = len(self.fit.free), self.columns_without(*positions)
+        values = np.concatenate([fitted.values for fitted in self.effects])
+        hessian = (self.gram + np.diag(self.fit.precision))[np.ix_(kept, kept)]
+        freed = self.gram[np.ix_(kept, ~kept)] @ values[~kept[n_free:]]
+        moved = np.zeros(len(kept))
+        moved[kept] = scaled_inverse(hessian) @ freed
+        vector = self.cell.vector
+        vector[self.fit.free] += moved[:n_free]
+        instances = tuple(fitted.instance for fitted in self.effects)
+        C = self.covariance[n_free:, n_free:]
+        effects = _fitted(instances, values + moved[n_free:], C)
+        rest = tuple(f for k, f in enumerate(effects) if k not in positions)
+        return self.cell.with_vector(vector), rest
+
     @cached_property
     def judged(self) -> Linearised:
         """Linear algebra in units of that noise."""

@@ -61,6 +61,6 @@ class Targets:
         return self.distances(found.cell, moves_of(self.around, found.effects))
 
     def without(self, found: JointFit, positions: list[int]) -> Float[Array, "row"]:
-        """With some effects taken out, the rest as it is."""
-        rest = tuple(f for k, f in enumerate(found.effects) if k not in positions)
-        return self.distances(found.cell, moves_of(self.around, rest))
+        """With some effects taken out and the rest fitted again."""
+        cell, rest = found.refitted_without(*positions)
+        return self.distances(cell, moves_of(self.around, rest))

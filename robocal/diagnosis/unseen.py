@@ -49,7 +49,7 @@ class Unseen:
         return np.concatenate([part.targets.with_all(part.found) for part in self.parts])
 
     def without(self, positions: list[int]) -> Float[Array, "some"]:
-        """Distances with some effects taken out, the rest as it is [m]."""
+        """Distances with some effects taken out, the rest fitted again [m]."""
         return np.concatenate([part.targets.without(part.found, positions) for part in self.parts])
 
 

@@ -6,6 +6,7 @@ from robocal.diagnosis.causes import Cause
 from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
 from robocal.diagnosis.extended import FittedEffect
 from robocal.diagnosis.gain import Gain
+from robocal.diagnosis.pure_error import PureError
 from robocal.diagnosis.steps import LAST_BEFORE, LINE
 
 NEXT_POSES = "next_poses.csv"
@@ -20,6 +21,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, object]:
             "statistic": diagnosis.geometry_adequacy.reduced_chi_square,
             "p_value": diagnosis.lack_of_fit_p,
         },
+        "pure_error": _pure_error(diagnosis.pure_error),
         "effects": [_effect(named) for named in diagnosis.effects],
         "data_faults": _faults(diagnosis),
         "rejected_rows": [asdict(row) for row in diagnosis.unusable],
@@ -43,6 +45,19 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, object]:
             "words": list(diagnosis.next_poses.words),
         },
         "bundle_sha256": diagnosis.bundle_sha256,
+    }
+
+
+def _pure_error(repeats: PureError | None) -> dict[str, object] | None:
+    """What repeats of one pose say; None where nothing was repeated."""
+    if repeats is None:
+        return None
+    return {
+        "variance_over_declared": repeats.ratio,
+        "degrees_of_freedom": repeats.nu,
+        "contradicts_declared": repeats.is_larger_than_declared,
+        "geometry_lack_of_fit_p": repeats.geometry_p,
+        "lack_of_fit_p": repeats.model_p,
     }
 
 

@@ -18,7 +18,7 @@ from robocal.uncertainty.budget import ReadingsBy
 from robocal.uncertainty.fitted_rows import FittedRows
 from robocal.uncertainty.many_fits import Estimator, Readings, fit_many
 from robocal.uncertainty.monte_carlo import block_generator
-from robocal.uncertainty.repeats import Repeats, visits
+from robocal.uncertainty.repeats import Repeats
 from robocal.uncertainty.simulated_readings import simulate_readings, turn_axes
 from robocal.uncertainty.sources import OPEN_FRAMES, TEMPERATURE, Source, is_wide
 
@@ -75,7 +75,7 @@ def refit_piece(fit: FittedRows, repeats: Repeats, count: int, rng: np.random.Ge
         fit.cell,
         estimate,
         fit.rows,
-        visits(fit),
+        fit.measured.visit,
         _noise_to_draw(fit, repeats),
         fit.bundle.budget,
         rng,

@@ -67,23 +67,11 @@ def scatter_of_repeats(fit: FittedRows) -> Repeats:
         noise.fixed**2 + noise.repeatability**2 + (noise.per_range * ranges) ** 2
     )
     orientation_std = np.full(len(fit.rows), noise.orientation_std())
-    group = visits(fit)
+    group = fit.measured.visit
     return Repeats(
         _pooled(found.position, position_std, group, fit.rows.position_weight > 0),
         _pooled(found.orientation, orientation_std, group, fit.rows.orientation_weight > 0),
     )
-
-
-def visits(fit: FittedRows) -> Int[Array, "row"]:
-    """A number for every row; repeats of one another share it."""
-    rows = fit.measured
-    circumstances = np.column_stack([
-        rows.pose,
-        fit.rows.place,
-        np.nan_to_num(rows.payload),
-        np.nan_to_num(rows.approach),
-    ])
-    return np.asarray(np.unique(circumstances, axis=0, return_inverse=True)[1]).ravel()
 
 
 def _pooled(

@@ -24,7 +24,7 @@ from robocal.identification.priors import WIDE_ANGLE, WIDE_LENGTH
 from robocal.identification.problem import whitened_blocks
 from robocal.uncertainty.budget import ReadingsBy
 from robocal.uncertainty.fitted_rows import FittedRows
-from robocal.uncertainty.repeats import Repeats, visits
+from robocal.uncertainty.repeats import Repeats
 
 TEMPERATURE = "temperature of the robot"
 OPEN_FRAMES = "frames, where the readings leave them open"
@@ -185,7 +185,7 @@ def _target_information(fit: FittedRows) -> Float[Array, "free free"]:
     inner = np.zeros((len(fit.free), len(fit.free)))
     if not seen.has_position:
         return inner
-    group = visits(fit)
+    group = fit.measured.visit
     common = np.zeros((group.max() + 1, len(fit.free), 3))
     for block in whitened_blocks(fit.cell, seen, fit.free):
         J = block.J.reshape(len(fit.free), 3, len(block.rows))

@@ -40,10 +40,16 @@ class LinkBending:
             return []
         lengths = np.abs(rows.robot.geometry.links[:, 2])
         joints = [j for j in range(1, rows.n_joints) if lengths[j - 1] > _SHORTEST]
-        priors = [compliance_of(YIELD, self._turning(rows, j - 1)) for j in joints]
+        loads = [(joint, self._turning(rows, joint - 1)) for joint in joints]
         return [
-            Instance(self.name, joint, (), (Coefficient("bending_rad_per_nm", prior),))
-            for joint, prior in zip(joints, priors, strict=True)
+            Instance(
+                self.name,
+                joint,
+                (),
+                (Coefficient("bending_rad_per_nm", compliance_of(YIELD, load)),),
+            )
+            for joint, load in loads
+            if load.any()
         ]
 
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:

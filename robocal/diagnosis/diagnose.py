@@ -85,12 +85,12 @@ def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
         solution = solve(*fit)
     targets = Targets(ready.rows, _all_circumstances(bundle, ready, solution))
     solution, steps = find_effects(targets, observed, solution, np.flatnonzero(~held_out))
-    judged = _judged(targets, solution, steps)
+    judged = unseen(targets, solution.problem, steps)
     effects = judge_effects(targets, steps.fitted, judged, steps.geometric, steps.found)
     doubtful = _doubtful(effects)
     if doubtful:
         steps = _without(doubtful, solution, steps)
-        judged = _judged(targets, solution, steps)
+        judged = unseen(targets, solution.problem, steps)
         effects = judge_effects(targets, steps.fitted, judged, steps.geometric, steps.found)
     said = _diagnosis(bundle, targets, solution, steps, judged, effects, provenance)
     return replace(said, slips=slips, hidden=(*rows.unrecorded, *said.hidden))
@@ -116,10 +116,6 @@ def _without(left_out: set[Instance], solution: Solution, steps: Steps) -> Steps
     again = fit_jointly(solution.problem, found.cell, steps.rows, kept, found.effects)
     # What is left may have stood for a part of what is gone.
     return replace(steps, found=exchange_effects(solution.problem, steps.rows, again))
-
-
-def _judged(targets: Targets, solution: Solution, steps: Steps) -> Unseen:
-    return unseen(targets, solution.problem, steps.fitted, steps.geometric, steps.found)
 
 
 def _all_circumstances(bundle: Bundle, ready: Prepared, solution: Solution) -> Circumstances:

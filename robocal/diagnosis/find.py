@@ -42,6 +42,8 @@ class Steps:
         Rows of the fit, and their indices among all.
     geometric, found
         The fit without effects, and with them.
+    limits
+        What the effects were chosen by; None where too little is left over to choose by.
     unpredicted
         Which of the rows that may take part were left out because no model can predict them.
     """
@@ -50,6 +52,7 @@ class Steps:
     fitted: Int[Array, "row"]
     geometric: JointFit
     found: JointFit
+    limits: Limits | None
     unpredicted: Bool[Array, "candidate"]
 
 
@@ -91,11 +94,11 @@ def _choose(targets: Targets, solution: Solution, candidates: Int[Array, "row"])
     none = np.zeros(len(candidates), dtype=bool)
     if geometric.nu < LEAST_NU:
         # Hardly anything is left over: evidence and threshold are both rounding.
-        return Steps(rows, fitted, geometric, geometric, unpredicted=none)
+        return Steps(rows, fitted, geometric, geometric, None, none)
     most = _MOST_LARGE if len(rows) > _MANY_ROWS else _MOST_SMALL
     limits = Limits(_threshold(rows, geometric), most)
     found = select_effects(solution.problem, solution.fit.cell, rows, limits)
-    return Steps(rows, fitted, geometric, found, unpredicted=none)
+    return Steps(rows, fitted, geometric, found, limits, none)
 
 
 def _unpredicted(steps: Steps, candidates: Int[Array, "row"]) -> Bool[Array, "row"]:

@@ -60,7 +60,8 @@ def judge_effects(
         return sizes, chi_square - now
 
     evidence = found.evidence_of_effects()
-    places = places_of(tuple(effect.instance for effect in found.effects), evidence)
+    instances = tuple(effect.instance for effect in found.effects)
+    places = places_of(instances, evidence)
     dropped = np.array([lacking(place)[1] for place in places])
     few = evenly(len(fitted), _MOST_WEIGHED)
     some = targets.around.rows(chosen_rows(fitted[few], len(pose)))
@@ -74,6 +75,7 @@ def judge_effects(
     named = []
     for rank, index in enumerate(counted("causes judged", order, len(order))):
         group, (sizes, drop) = groups[index], without_group[index]
+        gone = {instances[position] for position in group}
         main = found.effects[group[0]]
         naming = (
             _name(some, found, some_fit, group, beside)
@@ -85,7 +87,7 @@ def judge_effects(
                 fitted=main,
                 naming=naming,
                 explained_fraction=float(np.clip(drop / structure, 0.0, 1.0)),
-                gain=gain_of(judged.without(group), after, judged_pose),
+                gain=gain_of(judged.without(gone, set(instances) - gone), after, judged_pose),
                 blocked_gain=gain_of(sizes, full, pose[fitted]),
                 form_corrections=tuple(found.effects[position] for position in group[1:]),
             )

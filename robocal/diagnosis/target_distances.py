@@ -62,5 +62,7 @@ class Targets:
 
     def without(self, found: JointFit, positions: list[int]) -> Float[Array, "row"]:
         """With some effects taken out and the rest fitted again."""
+        if not positions:
+            return self.with_all(found)
         cell, rest = found.refitted_without(*positions)
         return self.distances(cell, moves_of(self.around, rest))

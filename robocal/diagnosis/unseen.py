@@ -7,11 +7,18 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from robocal.diagnosis.circumstances import Circumstances
+from robocal.diagnosis.effect import Instance
+from robocal.diagnosis.find import Steps
 from robocal.diagnosis.gain import blocks_of
 from robocal.diagnosis.joint_fit import JointFit, fit_jointly
+from robocal.diagnosis.select import select_effects
 from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import chosen_rows
 from robocal.identification.strategy import Problem
+
+_MANY_ROWS = 600
+_EVERY = 5
+"""With many rows every fifth pose is predicted by the others; [1]"""
 
 
 @dataclass(frozen=True)
@@ -22,6 +29,14 @@ class _Part:
     targets: Targets
     geometric: JointFit
     found: JointFit
+
+    def without(self, gone: set[Instance], stay: set[Instance]) -> Float[Array, "row"]:
+        """Distances with some effects taken out, the rest fitted again [m]."""
+        # Chosen from other rows, an effect may have another order or begin at another line.
+        names = {_name(instance) for instance in gone} - {_name(instance) for instance in stay}
+        instances = [fitted.instance for fitted in self.found.effects]
+        positions = [k for k, one in enumerate(instances) if one in gone or _name(one) in names]
+        return self.targets.without(self.found, positions)
 
 
 @dataclass(frozen=True)
@@ -48,49 +63,50 @@ class Unseen:
         """Distances with all effects [m]."""
         return np.concatenate([part.targets.with_all(part.found) for part in self.parts])
 
-    def without(self, positions: list[int]) -> Float[Array, "some"]:
-        """Distances with some effects taken out, the rest fitted again [m]."""
-        return np.concatenate([part.targets.without(part.found, positions) for part in self.parts])
+    def without(self, gone: set[Instance], stay: set[Instance]) -> Float[Array, "some"]:
+        """Distances with some effects taken out, the rest, which stay, fitted again [m]."""
+        return np.concatenate([part.without(gone, stay) for part in self.parts])
 
 
-def unseen(
-    targets: Targets,
-    problem: Problem,
-    fitted: Int[Array, "fitted"],
-    geometric: JointFit,
-    found: JointFit,
-) -> Unseen:
-    """The rows held out; where none are, the fitted ones by blocked folds.
+def unseen(targets: Targets, problem: Problem, steps: Steps) -> Unseen:
+    """The rows held out; where none are, folds of the fitted ones, each with its own choice.
 
     Parameters
     ----------
     targets
         All rows.
-    problem, fitted
-        Of the fit, and the indices of its rows among all.
-    geometric, found
-        The fit without effects, and with them.
+    problem
+        Of the fit.
+    steps
+        The fits without effects and with them, and what they were chosen by.
     """
     held_out = targets.measured.held_out & targets.placed
     if held_out.any():
-        return Unseen((_Part(held_out, targets.some(held_out), geometric, found),))
-    instances = tuple(effect.instance for effect in found.effects)
-    fold = blocks_of(targets.measured.pose[fitted])
-    parts = []
-    for number in np.unique(fold):
-        rest = fold != number
-        others = replace(problem, rows=problem.rows.choose(rest))
-        around = _circumstances(targets, fitted[rest])
-        rows = chosen_rows(fitted[~rest], len(targets.measured)) & targets.placed
-        parts.append(
-            _Part(
-                rows,
-                targets.some(rows),
-                fit_jointly(others, geometric.cell, around, ()),
-                fit_jointly(others, found.cell, around, instances, found.effects),
-            )
-        )
+        return Unseen((_Part(held_out, targets.some(held_out), steps.geometric, steps.found),))
+    pose = targets.measured.pose[steps.fitted]
+    if len(pose) > _MANY_ROWS:
+        # One fold tells enough, and choosing takes long.
+        fold = np.unique(pose, return_inverse=True)[1] % _EVERY
+        return Unseen((_part(targets, problem, steps, fold == 0),))
+    fold = blocks_of(pose)
+    parts = (_part(targets, problem, steps, fold == number) for number in np.unique(fold))
     return Unseen(tuple(parts))
+
+
+def _part(targets: Targets, problem: Problem, steps: Steps, fold: Bool[Array, "fitted"]) -> _Part:
+    """A fold, and the models that the other rows choose."""
+    others = replace(problem, rows=problem.rows.choose(~fold))
+    around = _circumstances(targets, steps.fitted[~fold])
+    rows = chosen_rows(steps.fitted[fold], len(targets.measured)) & targets.placed
+    geometric = fit_jointly(others, steps.geometric.cell, around, ())
+    found = geometric
+    if steps.limits is not None and steps.found.effects:
+        found = select_effects(others, geometric.cell, around, steps.limits)
+    return _Part(rows, targets.some(rows), geometric, found)
+
+
+def _name(instance: Instance) -> tuple[str, int | None]:
+    return instance.effect, instance.joint
 
 
 def _circumstances(targets: Targets, rows: Int[Array, "some"]) -> Circumstances:

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from robocal.diagnosis.select import select_effects
 from tests.measured_cell import CAMPAIGN, header, measure, true_cell, write_bundle
 from tests.robocal.diagnosis.hidden_cases import run_diagnose, write_cases
 
@@ -16,7 +17,9 @@ HELD_OUT = "held_out: {column: split}\n"
 def found(call, tmp_path):
     """Diagnose positions of a cell; `still` joints stand, every pose is read `times` times."""
 
-    def diagnose(seed, poses=60, times=1, still=(), moved=lambda q: q, noise=1.0):
+    def diagnose(
+        seed, poses=60, times=1, still=(), moved=lambda q: q, noise=1.0, held_out=HELD_OUT
+    ):
         bundle, cell = tmp_path / "bundle", true_cell(ROBOT, seed)
         q = write_bundle(bundle, ROBOT, cell, poses, full_pose=False)
         q[:, still] = 0.3
@@ -80,11 +83,35 @@ def test_hardly_more_numbers_than_parameters_name_no_cause(found, poses):
     assert "measure at least" in printed
 
 
-def test_a_single_cause_gains_what_the_whole_model_gains(call, tmp_path):
-    case = ("--kind", "one", "--effect", "warm_up", "--seed", "11")
+@pytest.mark.parametrize("held_out", ["{column: split}", "{fraction: 0.0}"])
+def test_a_single_cause_gains_what_the_whole_model_gains(call, tmp_path, held_out):
+    case = ("--kind", "one", "--effect", "base_step", "--seed", "11")
     bundle = write_cases(tmp_path / "cases", *case) / "0000"
+    campaign = bundle / "campaign.yaml"
+    campaign.write_text(campaign.read_text().replace("{column: split}", held_out))
+    assert held_out in campaign.read_text()
     run_diagnose(call, bundle, tmp_path / "out")
     document = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     (cause,) = document["effects"]
     for name in ("held_out_rms_before_mm", "held_out_rms_after_mm"):
         assert cause["gain"][name] == pytest.approx(document["gain"][name], rel=1e-3)
+
+
+def test_rows_that_chose_a_cause_do_not_measure_its_gain(call, tmp_path, monkeypatch):
+    case = ("--kind", "one", "--effect", "base_step", "--seed", "11", "--poses", "60")
+    bundle = write_cases(tmp_path / "cases", *case) / "0000"
+    campaign = bundle / "campaign.yaml"
+    campaign.write_text(campaign.read_text().replace("{column: split}", "{fraction: 0.0}"))
+    chose = []
+
+    def choose(problem, start, rows, limits):
+        chose.append(rows.lines)
+        return select_effects(problem, start, rows, limits)
+
+    monkeypatch.setattr("robocal.diagnosis.unseen.select_effects", choose)
+    run_diagnose(call, bundle, tmp_path / "out")
+    all_lines = set(np.concatenate(chose).tolist())
+    left_out = [all_lines - set(lines.tolist()) for lines in chose]
+    assert len(chose) == 5
+    assert set.union(*left_out) == all_lines
+    assert sum(map(len, left_out)) == len(all_lines)

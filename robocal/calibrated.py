@@ -7,8 +7,10 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 from scipy.linalg import block_diag
 
-from robocal.diagnosis.circumstances import Circumstances, Reference, circumstances
+from robocal.diagnosis.circumstances import Circumstances, circumstances
 from robocal.diagnosis.extended import FittedEffect, coefficient_shifts, predict, refuse_lacking
+from robocal.diagnosis.reference import Reference
+from robocal.diagnosis.steps import is_step
 from robocal.errors import BadInput
 from robocal.frames import invert
 from robocal.identification.adequacy import Adequacy
@@ -28,6 +30,8 @@ UNKNOWN_BASE_ROTATION = (
     "it and campaign.yaml states no base_guess; places in the measuring frame are those of any turn"
 )
 """What there is to say where `base_rotation_known` is False."""
+_BY_THE_CLOCK = frozenset({"base_drift", "warm_up"})
+"""Effects that go with the time of the campaign, beside steps."""
 _BLOCK = 500
 """Poses whose Jacobians are held at once."""
 
@@ -157,6 +161,8 @@ class CalibratedRobot:
     def poses_of(self, rows: MeasurementSet) -> Float[Array, "row 4 4"]:
         """Target poses of rows with all effects acting; what was measured in them is ignored.
 
+        Rows stand where in the model's campaign their time says, at its end where they state none.
+
         Raises
         ------
         BadInput
@@ -218,11 +224,20 @@ class CalibratedRobot:
         if not self.effects:
             return T
         around = self.circumstances_of(replace(rows, position=T[:, :3, 3]))
-        refuse_lacking(around, self.effects)
+        refuse_lacking(around, self.effects, rows.lines)
         target = predict(model, around, self.effects)
         for position, axis in enumerate((target.x, target.y, target.z, target.p)):
             T[:, :3, position] = axis.T
         return T
+
+    def rows_at_end(self, rows: MeasurementSet) -> Bool[Array, "row"]:
+        """Rows taken as at the end of the model's campaign, as nothing tells when they are."""
+        instances = [fitted.instance for fitted in self.effects]
+        steps = any(is_step(instance) for instance in instances)
+        if not steps and not any(instance.effect in _BY_THE_CLOCK for instance in instances):
+            return np.zeros(len(rows), dtype=bool)
+        told = self.reference.moments or not steps
+        return ~(self.reference.places(rows.time) & bool(told))
 
     def circumstances_of(self, rows: MeasurementSet) -> Circumstances:
         """What the effects see of rows."""

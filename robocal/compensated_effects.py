@@ -12,7 +12,6 @@ from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot
 from robocal.compensation import Compensation, compensate_targets, judge, nominal_in_cell
-from robocal.diagnosis.extended import predict, refuse_lacking
 from robocal.frames import invert, rotation_vector
 from robocal.measurements import MeasurementSet
 from robocal.nominal_joints import find_nominal_joints
@@ -80,7 +79,7 @@ def compensate_effects(
     wanted
         Target poses.
     rows
-        What is known of the moment: payload, temperature, approach; row for row.
+        What is known of the moment: time, payload, temperature, approach; row for row.
     nominal_q
         Joints that the nominal robot would use, which decide the configuration; found if None.
 
@@ -97,7 +96,7 @@ def compensate_effects(
         found = solve_joints(model, asked, start)
         # An effect may count the joint's turns, so they are settled before it is asked.
         start = turned_inside(found.q, limits, model)
-        there = acting_poses(calibrated, replace(rows, joints=start))
+        there = calibrated.poses_of(replace(rows, joints=start))
         miss = invert(there) @ wanted
         shift = np.linalg.norm(miss[:, :3, 3], axis=1)
         turn = np.linalg.norm(rotation_vector(miss[:, :3, :3]), axis=1)
@@ -107,23 +106,3 @@ def compensate_effects(
     met = found.met & met_within(shift, turn, model.n_joints)
     solution = replace(found, q=start, met=met, position_error=shift, angle_error=turn)
     return judge(model, solution, nominal_q, limits)
-
-
-def acting_poses(calibrated: CalibratedRobot, rows: MeasurementSet) -> Float[Array, "pose 4 4"]:
-    """Target poses from now on: what stepped has stepped, what drifted stays where it ended.
-
-    Raises
-    ------
-    BadInput
-        If an effect depends on a column that the rows lack.
-    """
-    T = calibrated.tool_poses(rows.joints)
-    around = calibrated.circumstances_of(replace(rows, position=T[:, :3, 3]))
-    refuse_lacking(around, calibrated.effects)
-    reference = calibrated.reference
-    time = around.time if around.timed else np.full(len(rows), reference.time_end)
-    latest = np.full(len(rows), np.iinfo(np.int64).max)
-    target = predict(calibrated.model, replace(around, time=time, lines=latest), calibrated.effects)
-    for position, axis in enumerate((target.x, target.y, target.z, target.p)):
-        T[:, :3, position] = axis.T
-    return T

@@ -96,12 +96,17 @@ class MeasurementSet:
         return self.rows(self.held_out)
 
 
+def approach_column(joint: int) -> str:
+    """Name of the column of a joint's (from 1) direction of approach."""
+    return f"approach{joint}"
+
+
 def unmeasured_rows(
     joints: Float[Array, "row joint"],
     payload: float = float("nan"),
     temperature: float = float("nan"),
 ) -> MeasurementSet:
-    """Rows of joints that nobody has measured yet, numbered from 1.
+    """Rows of joints that nobody has measured yet, numbered from 1, come to from neither side.
 
     Parameters
     ----------
@@ -125,6 +130,6 @@ def unmeasured_rows(
         payload=np.full(n, payload),
         speed=nothing,
         settle=nothing,
-        approach=np.full(joints.shape, np.nan),
+        approach=np.zeros(joints.shape),
         commanded=np.full(joints.shape, np.nan),
     )

@@ -7,9 +7,11 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
+from robocal.diagnosis.reference import PAYLOAD, is_timed, reference_of
+from robocal.diagnosis.reference import Reference as Reference
 from robocal.kinematics.forward import Columns, walk
 from robocal.kinematics.model import KinematicModel
-from robocal.measurements import MeasurementSet
+from robocal.measurements import MeasurementSet, approach_column
 from robocal.robots.robot import LinkMass, Robot
 
 _G = 9.80665
@@ -18,25 +20,6 @@ _LONG = 0.2
 """Share of the longest link that counts as long; [1]"""
 TIP = "tip"
 """The tool's place among those where unknown masses are thought to be."""
-
-
-@dataclass(frozen=True)
-class Reference:
-    """What times, temperatures and speeds are counted from; kept with a model that uses them."""
-
-    time_start: float = 0.0
-    """[s]"""
-    time_span: float = 1.0
-    """[s]"""
-    temperature: float = 20.0
-    """[degC]"""
-    speed: float = 1.0
-    """Fraction of full speed."""
-
-    @property
-    def time_end(self) -> float:
-        """When the campaign ended [s]."""
-        return self.time_start + self.time_span
 
 
 @dataclass(frozen=True)
@@ -53,10 +36,13 @@ class Circumstances:
         Where the payload is thought to hang, in the flange frame [m].
     joints, previous
         Readings of the row and of the row before [rad or m].
+    lines
+        Where in the campaign, by the lines of its file; those of rows that a model predicts are
+        told by their time.
     time
         [s]; the row's number over the count where the file has no times.
     reference
-        What `progress`, `warmer` and `hurry` are counted from.
+        What `progress`, `warmer` and `hurry` are counted from, and which columns its rows filled.
     """
 
     robot: Robot
@@ -68,7 +54,7 @@ class Circumstances:
     """Where the instrument saw the target [m]."""
     joints: Float[Array, "row joint"]
     previous: Float[Array, "row joint"]
-    lines: Int[Array, "row"]
+    lines: Int[Array, "row"] | Float[Array, "row"]
     time: Float[Array, "row"]
     timed: bool
     """Whether `time` is in seconds."""
@@ -111,6 +97,21 @@ class Circumstances:
     def has_payload(self) -> bool:
         """Whether the payload is known and differs between rows."""
         return bool(np.isfinite(self.payload).all() and np.ptp(self.payload) > 0)
+
+    @cached_property
+    def carried(self) -> Float[Array, "row"]:
+        """Payload that acts [kg]: none where a row of a campaign does not say that left some out.
+
+        Where the campaign's rows all said it, a row that does not is unknown.
+        """
+        return self._as_in_campaign(self.payload, PAYLOAD)
+
+    def side(self, joint: int) -> Float[Array, "row"]:
+        """Direction in which a joint (from 1) last moved, zero where `carried` would be none."""
+        return self._as_in_campaign(self.approach[:, joint - 1], approach_column(joint))
+
+    def _as_in_campaign(self, cells: Float[Array, "row"], column: str) -> Float[Array, "row"]:
+        return cells if column in self.reference.complete else np.nan_to_num(cells)
 
     @cached_property
     def _chain(self) -> tuple[list[Float[Array, "3 row"]], list[Float[Array, "3 row"]], Array]:
@@ -162,9 +163,8 @@ class Circumstances:
 
     @cached_property
     def payload_torque(self) -> Float[Array, "joint row"]:
-        """Gravity torque of the payload about every joint [Nm]; zero where it is not known."""
-        mass = np.nan_to_num(self.payload)
-        return np.stack([self.torque_of(j, mass, self.hand) for j in range(self.n_joints)])
+        """Gravity torque of the payload about every joint [Nm]."""
+        return np.stack([self.torque_of(j, self.carried, self.hand) for j in range(self.n_joints)])
 
     @cached_property
     def link_torque(self) -> Float[Array, "joint row"]:
@@ -208,7 +208,7 @@ class Circumstances:
     @cached_property
     def moment(self) -> Float[Array, "3 row"]:
         """Overturning moment of links and payload about the base's origin [Nm]."""
-        total = self.moment_of(np.nan_to_num(self.payload), self.hand)
+        total = self.moment_of(self.carried, self.hand)
         for mass, centre in self.link_centres:
             total = total + self.moment_of(mass, centre)
         return total
@@ -223,7 +223,7 @@ class Circumstances:
     def moment_about(self, point: Float[Array, "3 _"], behind: int) -> Float[Array, "3 row"]:
         """Moment of the payload and of the links behind link `behind` about a point [Nm]."""
         force = self.gravity[:, None] * _G
-        total = np.cross(self.hand - point, force * np.nan_to_num(self.payload), axis=0)
+        total = np.cross(self.hand - point, force * self.carried, axis=0)
         for mass, centre in self.link_centres[behind + 1 :]:
             arm = centre - point
             total = total + np.cross(arm, np.broadcast_to(force * mass, arm.shape), axis=0)
@@ -231,7 +231,7 @@ class Circumstances:
 
     def weight_behind(self, behind: int) -> Float[Array, "3 row"]:
         """Weight of the payload and of the links behind link `behind` [N]."""
-        mass = np.nan_to_num(self.payload) + sum(m for m, _ in self.link_centres[behind + 1 :])
+        mass = self.carried + sum(m for m, _ in self.link_centres[behind + 1 :])
         return np.asarray(self.gravity[:, None] * (_G * mass))
 
     @cached_property
@@ -264,10 +264,16 @@ def circumstances(
 ) -> Circumstances:
     """The circumstances of measured rows, which stand in the order of measuring.
 
-    The reference is taken from the rows unless a model brings its own.
+    The reference is taken from the rows unless a model brings its own: then they stand where in
+    its campaign their time says, at its end where they state none.
     """
-    timed = bool(np.isfinite(rows.time).all() and np.ptp(rows.time) > 0)
-    time = rows.time if timed else np.arange(len(rows)) / max(len(rows), 1)
+    if reference is None:
+        timed, lines = is_timed(rows), rows.lines
+        time = rows.time if timed else np.arange(len(rows)) / max(len(rows), 1)
+        reference = reference_of(rows, time)
+    else:
+        timed, lines = reference.timed, reference.line_at(rows.time)
+        time = reference.time_at(rows.time)
     previous = np.concatenate([rows.joints[:1], rows.joints[:-1]])
     return Circumstances(
         robot=robot,
@@ -277,7 +283,7 @@ def circumstances(
         position=np.nan_to_num(rows.position),
         joints=rows.joints,
         previous=previous,
-        lines=rows.lines,
+        lines=lines,
         time=time,
         timed=timed,
         temperature=rows.temperature,
@@ -285,16 +291,5 @@ def circumstances(
         speed=rows.speed,
         settle=rows.settle,
         approach=rows.approach,
-        reference=reference or _reference(rows, time),
-    )
-
-
-def _reference(rows: MeasurementSet, time: Float[Array, "row"]) -> Reference:
-    known = np.isfinite(rows.temperature)
-    moved = np.isfinite(rows.speed) & (rows.speed > 0)
-    return Reference(
-        float(time.min()),
-        float(np.ptp(time)) or 1.0,
-        float(rows.temperature[known].mean()) if known.any() else 20.0,
-        float(rows.speed[moved].mean()) if moved.any() else 1.0,
+        reference=reference,
     )

@@ -1,17 +1,19 @@
 """Prediction with effects: every row has geometric parameters of its own."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Instance, Moves
+from robocal.diagnosis.reference import PAYLOAD
 from robocal.errors import BadInput
 from robocal.kinematics.forward import Columns, chain
 from robocal.kinematics.model import KinematicModel
+from robocal.measurements import approach_column
 
 
 @dataclass(frozen=True)
@@ -69,8 +71,15 @@ def predict(
     return predict_at(model, rows.joints, moves_of(rows, effects))
 
 
-def refuse_lacking(rows: Circumstances, effects: tuple[FittedEffect, ...]) -> None:
+def refuse_lacking(
+    rows: Circumstances, effects: tuple[FittedEffect, ...], lines: Int[Array, "row"]
+) -> None:
     """Complain about the first row that does not say what an effect depends on.
+
+    Parameters
+    ----------
+    lines
+        Of the file that the rows are from.
 
     Raises
     ------
@@ -83,10 +92,11 @@ def refuse_lacking(rows: Circumstances, effects: tuple[FittedEffect, ...]) -> No
         return
     row = int(np.argmax(some))
     lacking = [instance for instance, mask in unknown.items() if mask[row]]
-    needed = {EFFECTS[instance.effect].needs.partition(",")[0] for instance in lacking}
+    alone = rows.rows(np.array([row]))
+    needed = {name for fitted in effects for name in _columns_lacking(alone, fitted)}
     names = ", ".join(instance.title for instance in lacking)
     raise BadInput(
-        f"line {rows.lines[row]}",
+        f"line {lines[row]}",
         f"lacks {' and '.join(sorted(needed))}, which the model's effects need ({names})",
     )
 
@@ -94,6 +104,22 @@ def refuse_lacking(rows: Circumstances, effects: tuple[FittedEffect, ...]) -> No
 def _unknown_rows(rows: Circumstances, fitted: FittedEffect) -> Bool[Array, "row"]:
     moves = moves_of(rows, (fitted,)).values()
     return np.asarray(np.isnan(np.concatenate(list(moves), axis=1)).any(axis=1))
+
+
+def _columns_lacking(row: Circumstances, fitted: FittedEffect) -> list[str]:
+    """Columns of which one alone, left empty, leaves the effect unknown in a row."""
+    stated = {
+        "temperature_degc": {"temperature": row.temperature},
+        PAYLOAD: {"payload": row.payload},
+    }
+    if fitted.instance.joint is not None:
+        stated[approach_column(fitted.instance.joint)] = {"approach": row.approach}
+    whole = {name: np.nan_to_num(cells) for kind in stated.values() for name, cells in kind.items()}
+    return [
+        column
+        for column, cells in stated.items()
+        if _unknown_rows(replace(row, **{**whole, **cells}), fitted).any()
+    ]
 
 
 def predict_at(model: KinematicModel, q: Float[Array, "row joint"], moves: Moves) -> Columns:

@@ -44,7 +44,17 @@ def step_at(
 
 def after_step(rows: Circumstances, instance: Instance) -> Float[Array, "row"]:
     """One from the step's line on, zero up to the last line before, in between in proportion."""
+    before, line = gap_of(instance)
+    return np.clip((rows.lines - before) / max(line - before, 1.0), 0.0, 1.0)
+
+
+def is_step(instance: Instance) -> bool:
+    """Whether the effect begins at one row."""
+    return LINE in dict(instance.arguments)
+
+
+def gap_of(instance: Instance) -> tuple[float, float]:
+    """The last line before a step, and the first after it."""
     line = instance.argument(LINE)
     # Models written before the gap was kept say the first line alone.
-    before = dict(instance.arguments).get(LAST_BEFORE, line - 1.0)
-    return np.clip((rows.lines - before) / max(line - before, 1.0), 0.0, 1.0)
+    return dict(instance.arguments).get(LAST_BEFORE, line - 1.0), line

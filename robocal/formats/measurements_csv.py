@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 from robocal.errors import BadInput
 from robocal.formats.fields import LARGEST
 from robocal.formats.table import Table, read_table
-from robocal.measurements import MeasurementSet
+from robocal.measurements import MeasurementSet, approach_column
 from robocal.robots.robot import Robot
 
 POSITION = ("x_mm", "y_mm", "z_mm")
@@ -41,7 +41,7 @@ def joint_columns(robot: Robot, prefix: str = "j") -> tuple[str, ...]:
 
 def approach_columns(robot: Robot) -> tuple[str, ...]:
     """Column names of the directions of approach: approach1 ..."""
-    return tuple(f"approach{joint + 1}" for joint in range(robot.n_joints))
+    return tuple(approach_column(joint + 1) for joint in range(robot.n_joints))
 
 
 def known_columns(robot: Robot) -> tuple[str, ...]:

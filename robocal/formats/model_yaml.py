@@ -8,8 +8,8 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from robocal.calibrated import CalibratedRobot, Provenance
-from robocal.diagnosis.circumstances import Reference
 from robocal.diagnosis.extended import FittedEffect
+from robocal.diagnosis.reference import Reference
 from robocal.formats.effects_yaml import (
     effect_document,
     read_effect,
@@ -77,7 +77,7 @@ def model_document(calibrated: CalibratedRobot) -> dict[str, object]:
         },
         "gravity": [float(value) for value in calibrated.gravity],
         "effects": [effect_document(fitted) for fitted in calibrated.effects],
-        "reference": reference_document(calibrated.reference),
+        "reference": reference_document(calibrated.reference, calibrated.effects),
         "covariance": {
             "parameters": [names[k] for k in known],
             "matrix_deg_mm": [[float(value) for value in row] for row in covariance],
@@ -139,7 +139,7 @@ def calibrated_from_fields(fields: Fields, folder: Path) -> CalibratedRobot:
         effects = tuple(read_effect(entry) for entry in fields.mappings("effects"))
     reference = Reference()
     if "reference" in fields:
-        reference = read_reference(fields.mapping("reference"))
+        reference = read_reference(fields.mapping("reference"), effects)
     provenance = read_provenance(fields.mapping("provenance"))
     stated = fields.mapping("covariance")
     among = _coefficient_covariance(stated, robot.n_joints, effects)

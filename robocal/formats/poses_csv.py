@@ -57,6 +57,8 @@ class Predicted:
     rows: int
     unturned: int
     """Rows without a quaternion, as the model does not know how the tool is turned."""
+    at_end: int
+    """Rows taken as at the end of the model's campaign, as nothing tells when they are."""
     orientation_of: OrientationOf
 
 
@@ -99,7 +101,8 @@ def predict_table(
     for axis, name in enumerate(PREDICTED_STD):
         columns[name] = _cells(np.sqrt(variance[:, axis]) * 1e3, 7)
     _write(out, columns)
-    return Predicted(len(q), int(unturned.sum()), orientation_of)
+    at_end = calibrated.rows_at_end(rows)
+    return Predicted(len(q), int(unturned.sum()), int(at_end.sum()), orientation_of)
 
 
 def _complete_joints(table: Table, robot: Robot) -> Float[Array, "pose joint"]:

@@ -40,9 +40,15 @@ def predict(
             "u_x_mm, u_y_mm, u_z_mm of nests are empty: the model was written before it kept how "
             "sure their places are; identify the bundle again"
         )
+    if made.at_end:
+        warn(
+            f"{made.at_end} rows are predicted as at the end of the model's campaign: its drift "
+            "and steps go by t_s, which these rows or the campaign do not state"
+        )
     document = {
         "rows": made.rows,
         "rows_without_quaternion": made.unturned,
+        "rows_at_end_of_campaign": made.at_end,
         "orientation_of": made.orientation_of,
         "out": str(out),
     }

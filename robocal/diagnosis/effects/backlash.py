@@ -41,5 +41,4 @@ class Backlash:
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:
         """Changes of the parameters for coefficients of one."""
         assert instance.joint is not None
-        direction = np.nan_to_num(rows.approach[:, instance.joint - 1])
-        return {theta(instance.joint, rows): column(-0.5 * direction)}
+        return {theta(instance.joint, rows): column(-0.5 * rows.side(instance.joint))}

@@ -22,7 +22,7 @@ def health_request(session: Session, row: CampaignRow) -> Json:
         "joints": [reading.joints for reading in readings],
         "positions": [reading.position for reading in readings],
         "approach": [reading.approach for reading in readings],
-        "time_s": [reading.t_s for reading in readings],
+        "payload_kg": row.payload_kg,
         "speed": [reading.speed for reading in readings],
         "settle_s": [reading.settle_s for reading in readings],
         "temperature_degc": _mean_temperature(readings),

@@ -44,12 +44,16 @@ def judge_health(request: Json, folder: Path) -> Json:
         raise NoAnswer("no pose of the health check was measured")
     calibrated = read_model(folder / "model.yaml")
     now, then = request["temperature_degc"], request["calibrated_at_degc"]
+    held = request["payload_kg"]
     warming = None if now is None or then is None else now - then
     rows = replace(
-        unmeasured_rows(np.array(request["joints"]), temperature=np.nan if now is None else now),
+        unmeasured_rows(
+            np.array(request["joints"]),
+            np.nan if held is None else held,
+            np.nan if now is None else now,
+        ),
         position=np.array(request["positions"]),
         approach=np.array(request["approach"], dtype=float),
-        time=np.array(request["time_s"]),
         speed=np.array(request["speed"]),
         settle=np.array(request["settle_s"]),
     )

@@ -32,6 +32,7 @@ def ensure_plan(job: Job) -> None:
         request: Json = {"count": row.pose_count, "seed": row.seed}
         if kind in {CampaignKind.verify, CampaignKind.health}:
             files[MODEL] = model_to_verify(session, row)
+            request["payload_kg"] = row.payload_kg
     if kind is CampaignKind.verify:
         joints, purposes = _alternate(compute("plan_verify", files, request, job.watch))
     elif kind is CampaignKind.health:

@@ -12,7 +12,7 @@ from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
 from robocal.diagnosis.effect import Instance
 from robocal.formats.bundle import Bundle
 from service.diagnosis_plots import covariate_plots, residual_plot
-from service.report_lines import headline, noise_lines, not_used_lines
+from service.report_lines import headline, mended_lines, noise_lines, not_used_lines
 
 _MOST_CAUSES = 8
 _UNITS = (
@@ -82,11 +82,7 @@ def report_parts(bundle: Bundle, found: Diagnosis) -> dict[str, Any]:
         "more": max(len(found.effects) - _MOST_CAUSES, 0),
         "plot": residual_plot(found.residuals),
         "plots": covariate_plots(bundle.measurements, bundle.robot, found.residuals),
-        "faults": [
-            *(f"{slip.report()} (mended before the diagnosis)" for slip in found.slips),
-            *noise_lines(found),
-            *_not_used(found),
-        ],
+        "faults": [*mended_lines(found.slips), *noise_lines(found), *_not_used(found)],
         "remains": [dependence.covariate for dependence in found.depends_on[:6]],
         "between": found.next_poses.between,
         "words": found.next_poses.words,

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from robocal.calibrated import UNKNOWN_BASE_ROTATION, UNKNOWN_ROTATION
+from robocal.data_faults.slip import Slip
 from robocal.diagnosis.diagnosis import Diagnosis, Verdict
 from robocal.formats.bundle import RejectedRow
 from robocal.identification.result import Identification, ResidualSummary
@@ -71,6 +72,11 @@ def not_used_lines(rows: tuple[RejectedRow, ...]) -> list[str]:
     ]
 
 
+def mended_lines(slips: tuple[Slip, ...]) -> list[str]:
+    """One line for every slip of the data that a diagnosis mended."""
+    return [f"{slip.report()} (mended before the diagnosis)" for slip in slips]
+
+
 def _kinds(rows: MeasurementSet) -> str:
     """What the rows hold, the most common first: `40 positions, 20 distances` where mixed."""
     located = np.isfinite(rows.position[:, 0])
@@ -131,6 +137,7 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
     low, high = gain.ci95
     lines = [
         headline(found),
+        *mended_lines(found.slips),
         f"reduced chi-square {found.geometry_adequacy.reduced_chi_square:.3g} by geometry, "
         f"{found.adequacy.reduced_chi_square:.3g} with the causes below",
     ]

@@ -73,16 +73,14 @@ class MeasurementSet:
         ])
         return np.asarray(np.unique(circumstances, axis=0, return_inverse=True)[1]).ravel()
 
-    def rows(self, choice: Bool[Array, "row"]) -> "MeasurementSet":
-        """The rows where `choice` is True."""
+    def rows(self, choice: Bool[Array, "row"] | Int[Array, "_"]) -> "MeasurementSet":
+        """Some of the rows, by mask or number."""
         chosen: dict[str, object] = {
             field.name: getattr(self, field.name)[choice]
             for field in fields(self)
             if field.name != "target"
         }
-        chosen["target"] = tuple(
-            name for name, keep in zip(self.target, choice, strict=True) if keep
-        )
+        chosen["target"] = tuple(np.array(self.target, dtype=object)[choice].tolist())
         return replace(self, **chosen)  # type: ignore[arg-type]
 
     @property

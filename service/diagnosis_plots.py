@@ -1,15 +1,18 @@
 """Pictures of a diagnosis as SVG: residuals in the order measured, and over every covariate."""
 
+from dataclasses import dataclass
+
 import numpy as np
+from jaxtyping import Float
 from markupsafe import Markup, escape
+from numpy import ndarray as Array
 
 from robocal.diagnosis.diagnosis import RowResiduals
-from robocal.measurements import MeasurementSet
-from robocal.robots.robot import Robot
+from service.diagnosis_covariates import Covariates
 
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM = 900.0, 260.0, 76.0, 24.0
 _MOST_POINTS = 1500
-_SMALL_WIDTH, _SMALL_HEIGHT = 280.0, 120.0
+_SMALL_WIDTH, _SMALL_HEIGHT = 200.0, 100.0
 _BINS = 12
 _LEAST_SPREAD = 1e-9
 
@@ -49,52 +52,63 @@ def residual_plot(rows: RowResiduals) -> Markup:
     return Markup("".join(parts))
 
 
-def covariate_plots(measured: MeasurementSet, robot: Robot, rows: RowResiduals) -> list[Markup]:
-    """RMS before and after over every covariate that was recorded and varied."""
-    order = np.searchsorted(measured.lines, rows.lines)
-    joints = measured.joints / robot.joint_scale
-    covariates = {
-        f"joint {joint + 1} [{unit}]": joints[:, joint]
-        for joint, unit in enumerate(robot.joint_units)
-    }
-    covariates |= {
-        "time [min]": measured.time / 60.0,
-        "temperature [degC]": measured.temperature,
-        "payload [kg]": measured.payload,
-        "speed [share of full]": measured.speed,
-    }
-    return [
-        _over(name, values[order], rows)
-        for name, values in covariates.items()
-        if np.isfinite(values).all() and np.ptp(values) > _LEAST_SPREAD
-    ]
+@dataclass(frozen=True)
+class _Curve:
+    """Residuals over one covariate."""
+
+    name: str
+    ends: tuple[float, float]
+    middle: Float[Array, "bin"]
+    """Of the covariate in every bin."""
+    before: Float[Array, "bin"]
+    """RMS [mm]"""
+    after: Float[Array, "bin"]
+    """RMS [mm]"""
 
 
-def _over(name: str, values: np.ndarray, rows: RowResiduals) -> Markup:
-    """Root mean square in bins of equally many rows, grey before and blue after."""
-    parts = np.array_split(np.argsort(values, kind="stable"), min(_BINS, len(values)))
-    middle = np.array([values[part].mean() for part in parts])
-    both = [
+def covariate_plots(covariates: Covariates, rows: RowResiduals) -> list[Markup]:
+    """RMS before and after over every covariate, all to one scale."""
+    curves = [_curve(name, values, rows) for name, values in covariates.items()]
+    top = max((max(curve.before.max(), curve.after.max()) for curve in curves), default=0.0)
+    return [_drawn(curve, max(float(top), 1e-6)) for curve in curves]
+
+
+def _curve(name: str, values: Float[Array, "row"], rows: RowResiduals) -> _Curve:
+    """Root mean square in bins of equally many rows, or for each of a few values."""
+    known = np.flatnonzero(np.isfinite(values))
+    several = np.unique(values[known])
+    if len(several) <= _BINS:
+        parts = [known[values[known] == value] for value in several]
+    else:
+        parts = np.array_split(known[np.argsort(values[known], kind="stable")], _BINS)
+    before, after = (
         np.array([np.sqrt(np.mean(sizes[part] ** 2)) for part in parts]) * 1e3
         for sizes in (rows.before, rows.after)
-    ]
-    top = max(float(both[0].max()), float(both[1].max()), 1e-6)
-    x = 8.0 + (_SMALL_WIDTH - 16.0) * (middle - middle[0]) / max(np.ptp(middle), _LEAST_SPREAD)
-    drawn = []
-    for sizes, colour in zip(both, ("var(--before)", "var(--after)"), strict=True):
+    )
+    middle = np.array([values[part].mean() for part in parts])
+    return _Curve(name, (float(several[0]), float(several[-1])), middle, before, after)
+
+
+def _drawn(curve: _Curve, top: float) -> Markup:
+    """Grey before and blue after, from zero to `top` [mm]."""
+    span = max(float(np.ptp(curve.middle)), _LEAST_SPREAD)
+    x = 8.0 + (_SMALL_WIDTH - 16.0) * (curve.middle - curve.middle[0]) / span
+    lines = []
+    for sizes, colour in ((curve.before, "var(--before)"), (curve.after, "var(--after)")):
         y = _SMALL_HEIGHT - 20.0 - (_SMALL_HEIGHT - 40.0) * sizes / top
         points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
-        drawn.append(
+        lines.append(
             f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="2"/>'
         )
+    low, high = curve.ends
     return Markup(
         f'<svg viewBox="0 0 {_SMALL_WIDTH:.0f} {_SMALL_HEIGHT:.0f}" role="img" '
-        f'aria-label="residual over {escape(name)}">'
+        f'aria-label="residual over {escape(curve.name)}">'
         f'<line x1="8" x2="{_SMALL_WIDTH - 8}" y1="{_SMALL_HEIGHT - 20}" '
-        f'y2="{_SMALL_HEIGHT - 20}" stroke="var(--line)"/>{"".join(drawn)}'
-        f'<text x="8" y="13">{escape(name)}</text>'
-        f'<text x="{_SMALL_WIDTH - 8}" y="13" text-anchor="end">top {top:.3f} mm</text>'
-        f'<text x="8" y="{_SMALL_HEIGHT - 5}">{values.min():.4g}</text>'
+        f'y2="{_SMALL_HEIGHT - 20}" stroke="var(--line)"/>{"".join(lines)}'
+        f'<text x="8" y="13">{escape(curve.name)}</text>'
+        f'<text x="{_SMALL_WIDTH - 8}" y="13" text-anchor="end">{top:.2g} mm</text>'
+        f'<text x="8" y="{_SMALL_HEIGHT - 5}">{low:.4g}</text>'
         f'<text x="{_SMALL_WIDTH - 8}" y="{_SMALL_HEIGHT - 5}" text-anchor="end">'
-        f"{values.max():.4g}</text></svg>"
+        f"{high:.4g}</text></svg>"
     )

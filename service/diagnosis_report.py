@@ -1,16 +1,18 @@
 """`report.html`: the diagnosis for the plant engineer, in one file."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from robocal.data_faults.slip import mend
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
 from robocal.diagnosis.effect import Instance
 from robocal.formats.bundle import Bundle
+from service.diagnosis_covariates import Covariates, covariates_of
 from service.diagnosis_plots import covariate_plots, residual_plot
 from service.report_lines import headline, mended_lines, noise_lines, not_used_lines
 
@@ -81,13 +83,22 @@ def report_parts(bundle: Bundle, found: Diagnosis) -> dict[str, Any]:
         "causes": [asdict(cause_text(named)) for named in found.effects[:_MOST_CAUSES]],
         "more": max(len(found.effects) - _MOST_CAUSES, 0),
         "plot": residual_plot(found.residuals),
-        "plots": covariate_plots(bundle.measurements, bundle.robot, found.residuals),
+        "plots": covariate_plots(_covariates(bundle, found), found.residuals),
         "faults": [*mended_lines(found.slips), *noise_lines(found), *_not_used(found)],
         "remains": [dependence.covariate for dependence in found.depends_on[:6]],
         "between": found.next_poses.between,
         "words": found.next_poses.words,
         "hidden": found.hidden,
     }
+
+
+def _covariates(bundle: Bundle, found: Diagnosis) -> Covariates:
+    """Of the rows as they were diagnosed: mended, and in the order of measuring."""
+    slips = tuple(replace(slip, rivals=()) for slip in found.slips)
+    rows = mend(bundle, slips).measurements
+    place = {line: row for row, line in enumerate(rows.lines.tolist())}
+    order = np.array([place[line] for line in found.residuals.lines.tolist()], dtype=int)
+    return covariates_of(found.calibrated.circumstances_of(rows.rows(order)))
 
 
 def _not_used(found: Diagnosis) -> list[str]:

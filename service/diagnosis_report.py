@@ -12,6 +12,8 @@ from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
 from robocal.diagnosis.effect import Instance
 from robocal.formats.bundle import Bundle
+from robocal.robots.robot import Robot
+from service.diagnosis_advice import advice_on
 from service.diagnosis_covariates import Covariates, covariates_of
 from service.diagnosis_plots import covariate_plots, residual_plot
 from service.report_lines import headline, mended_lines, noise_lines, not_used_lines
@@ -28,12 +30,6 @@ _UNITS = (
 """Endings of coefficients, the unit in which a person reads them, and the factor."""
 
 _MOST_ROWS = 30
-_LOOK_FOR_IT = (
-    "look for what changes with it, at the robot, the tool and the station; the model follows it "
-    "only roughly"
-)
-"""Advice where the cause has no name."""
-_MAKE_SURE = "nothing yet: noise alone is the likelier; measure the poses asked for, then decide"
 
 
 @dataclass(frozen=True)
@@ -80,7 +76,9 @@ def report_parts(bundle: Bundle, found: Diagnosis) -> dict[str, Any]:
         "low": found.gain.ci95[0],
         "high": found.gain.ci95[1],
         "floor": found.noise_floor * 1e3,
-        "causes": [asdict(cause_text(named)) for named in found.effects[:_MOST_CAUSES]],
+        "causes": [
+            asdict(cause_text(named, bundle.robot)) for named in found.effects[:_MOST_CAUSES]
+        ],
         "more": max(len(found.effects) - _MOST_CAUSES, 0),
         "plot": residual_plot(found.residuals),
         "plots": covariate_plots(_covariates(bundle, found), found.residuals),
@@ -107,7 +105,7 @@ def _not_used(found: Diagnosis) -> list[str]:
     return lines if more <= 0 else [*lines[:_MOST_ROWS], f"and {more} rows more: diagnosis.json"]
 
 
-def cause_text(named: NamedEffect) -> CauseText:
+def cause_text(named: NamedEffect, robot: Robot) -> CauseText:
     """One cause in words and figures."""
     instance = named.fitted.instance
     gain = named.gain
@@ -135,16 +133,8 @@ def cause_text(named: NamedEffect) -> CauseText:
         corrections=tuple(fitted.instance.title for fitted in named.form_corrections),
         goes_with=named.goes_with,
         in_sample_only=named.in_sample_only,
-        advice=_advice(named),
+        advice=advice_on(named, robot),
     )
-
-
-def _advice(named: NamedEffect) -> str:
-    if named.goes_with is not None:
-        return _LOOK_FOR_IT
-    if named.naming.none > named.probability:
-        return _MAKE_SURE
-    return EFFECTS[named.fitted.instance.effect].advice
 
 
 def _stranger(covariate: str) -> str:

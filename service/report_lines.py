@@ -11,6 +11,7 @@ from robocal.formats.bundle import RejectedRow
 from robocal.identification.result import Identification, ResidualSummary
 from robocal.measurements import MeasurementSet
 from service.calibration import Calibration
+from service.diagnosis_advice import negative_stiffness
 
 _DEG = np.pi / 180.0
 
@@ -160,6 +161,9 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
             + (f"; rather something unknown with {named.goes_with}" if named.goes_with else "")
             + ("; gain in sample only" if named.in_sample_only else "")
         )
+        negative = negative_stiffness(named, found.calibrated.robot)
+        if negative is not None:
+            lines.append(f"    {negative}")
     if len(found.effects) > _MOST_LINES:
         lines.append(f"  and {len(found.effects) - _MOST_LINES} smaller ones")
     lines.append(

@@ -23,7 +23,10 @@ _UNITS = (
     ("_rad_kg_per_nm", "µrad·kg per N·m", 1e6),
     ("_rad_per_nm", "µrad per N·m", 1e6),
     ("_rad_per_k", "µrad per K", 1e6),
+    ("_m_per_k", "µm per K", 1e6),
     ("_per_k", "ppm per K", 1e6),
+    ("_m_per_rad", "mm per rad", 1e3),
+    ("_rad_per_m", "mrad per mm", 1.0),
     ("_rad", "mrad", 1e3),
     ("_m", "mm", 1e3),
 )

@@ -130,6 +130,11 @@ def theta(joint: int, rows: Circumstances) -> int:
     return 5 * (joint - 1) + int(rows.robot.geometry.prismatic[joint - 1])
 
 
+def unit(joint: int, rows: Circumstances) -> str:
+    """What the reading of joint (from 1) is counted in."""
+    return "m" if rows.robot.geometry.prismatic[joint - 1] else "rad"
+
+
 def base_index(rows: Circumstances) -> int:
     """Index of base_x."""
     return 5 * rows.n_joints

@@ -13,10 +13,11 @@ from robocal.diagnosis.effect import (
     Moves,
     column,
     theta,
+    unit,
 )
 
 PRIOR = 3e-4
-"""30 to 300 microradian, up to a milliradian when worn [rad]"""
+"""30 to 300 microradian, up to a milliradian when worn [rad]; [m] where the joint is prismatic"""
 
 
 class Backlash:
@@ -31,9 +32,8 @@ class Backlash:
 
     def instances(self, rows: Circumstances) -> list[Instance]:
         """Every place where it could act."""
-        coefficient = Coefficient("width_rad", PRIOR)
         return [
-            Instance(self.name, joint, (), (coefficient,))
+            Instance(self.name, joint, (), (Coefficient(f"width_{unit(joint, rows)}", PRIOR),))
             for joint in range(1, rows.n_joints + 1)
             if np.ptp(np.nan_to_num(rows.approach[:, joint - 1])) > 1
         ]

@@ -11,11 +11,12 @@ from robocal.diagnosis.effect import (
     Moves,
     column,
     theta,
+    unit,
 )
 from robocal.diagnosis.steps import after_step, steps_of
 
 PRIOR = 3e-4
-"""[rad]"""
+"""[rad]; [m] where the joint is prismatic"""
 
 
 class EncoderStep:
@@ -30,7 +31,8 @@ class EncoderStep:
         """Every place where it could act."""
         found: list[Instance] = []
         for joint in range(1, rows.n_joints + 1):
-            found += steps_of(self.name, joint, (Coefficient("step_rad", PRIOR),), rows)
+            coefficient = Coefficient(f"step_{unit(joint, rows)}", PRIOR)
+            found += steps_of(self.name, joint, (coefficient,), rows)
         return found
 
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:

@@ -12,10 +12,11 @@ from robocal.diagnosis.effect import (
     Moves,
     column,
     theta,
+    unit,
 )
 
 PRIOR = 7e-4
-"""Residual slip of a wrist's coupling; [1]"""
+"""Residual slip of a wrist's coupling; [1], or [m/rad], [rad/m] between joints of two kinds"""
 
 
 class JointCoupling:
@@ -31,9 +32,13 @@ class JointCoupling:
         n = rows.n_joints
         wrist = [(j, d) for j in range(max(n - 2, 2), n + 1) for d in range(n - 2, j) if d >= 1]
         pairs = {*wrist, (3, 2)} if n >= 3 else set(wrist)
-        coefficient = Coefficient("coupling", PRIOR)
         return [
-            Instance(self.name, joint, (("driven_by", float(driver)),), (coefficient,))
+            Instance(
+                self.name,
+                joint,
+                (("driven_by", float(driver)),),
+                (Coefficient(_name(unit(joint, rows), unit(driver, rows)), PRIOR),),
+            )
             for joint, driver in sorted(pairs)
             if joint != driver
         ]
@@ -43,3 +48,8 @@ class JointCoupling:
         assert instance.joint is not None
         driver = int(instance.argument("driven_by"))
         return {theta(instance.joint, rows): column(rows.joints[:, driver - 1])}
+
+
+def _name(driven: str, driver: str) -> str:
+    """A pure number between joints of one kind."""
+    return "coupling" if driven == driver else f"coupling_{driven}_per_{driver}"

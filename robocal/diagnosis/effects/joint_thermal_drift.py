@@ -11,10 +11,11 @@ from robocal.diagnosis.effect import (
     Moves,
     column,
     theta,
+    unit,
 )
 
 PRIOR = 5e-6
-"""10 to 100 microradian over a warm-up [rad/K]"""
+"""10 to 100 microradian over a warm-up [rad/K]; [m/K] where the joint is prismatic"""
 
 
 class JointThermalDrift:
@@ -29,12 +30,16 @@ class JointThermalDrift:
         """Every place where it could act."""
         if not rows.has_temperature:
             return []
-        coefficient = Coefficient("drift_rad_per_k", PRIOR)
         return [
-            Instance(self.name, joint, (), (coefficient,)) for joint in range(1, rows.n_joints + 1)
+            Instance(self.name, joint, (), (_coefficient(joint, rows),))
+            for joint in range(1, rows.n_joints + 1)
         ]
 
     def moves(self, rows: Circumstances, instance: Instance) -> Moves:
         """Changes of the parameters for coefficients of one."""
         assert instance.joint is not None
         return {theta(instance.joint, rows): column(rows.warmer)}
+
+
+def _coefficient(joint: int, rows: Circumstances) -> Coefficient:
+    return Coefficient(f"drift_{unit(joint, rows)}_per_k", PRIOR)

@@ -1,8 +1,8 @@
 """Pedestal or base plate tilts with the overturning moment.
 
 omega = C (M_x, M_y): the whole arm turns about the horizontal axes of its base. Where the masses
-are unknown it is not offered: with a free number for every mass it cannot be told from joint 2
-yielding, which is the commoner cause.
+are unknown it is not offered unless the payload varies: with a free number for every mass it cannot
+be told from joint 2 yielding, which is the commoner cause.
 """
 
 import numpy as np
@@ -33,10 +33,12 @@ class BaseCompliance:
         "tighten the bolts of the base plate, stiffen the pedestal, and put a nest on the base "
         "plate to watch it"
     )
-    needs = "link masses in robot.yaml, or payload_kg"
+    needs = "link masses in robot.yaml, or payload_kg, varying"
 
     def instances(self, rows: Circumstances) -> list[Instance]:
         """Every place where it could act."""
+        if rows.robot.masses is None and not rows.has_payload:
+            return []
         if np.ptp(rows.moment[:2]) < LEAST_MOMENT:
             return []
         prior = compliance_of(YIELD, rows.moment[:2])

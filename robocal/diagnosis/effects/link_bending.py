@@ -32,7 +32,7 @@ class LinkBending:
     name = "link_bending"
     follows = Follows.load
     advice = "reduce the load; compensate with this model: the link itself cannot be adjusted"
-    needs = "link masses in robot.yaml, or payload_kg"
+    needs = "link masses in robot.yaml, or payload_kg, varying"
 
     def instances(self, rows: Circumstances) -> list[Instance]:
         """Every long link that is followed by another joint."""

@@ -144,6 +144,18 @@ def test_an_effect_offers_its_place_where_the_rows_have_all_columns(name):
     assert (wanted.joint, tuple(n for n, _ in wanted.arguments)) in offered
 
 
+@pytest.mark.parametrize("name", ["base_compliance", "link_bending"])
+def test_without_stated_masses_only_a_payload_that_varies_shows_what_the_whole_load_bends(name):
+    stated = seen(*arm_and_rows())
+    unstated = replace(stated, robot=replace(stated.robot, masses=None))
+    constant = {"payload": np.full(N, 2.0)}
+    effect = EFFECTS[name]
+    assert effect.needs == "link masses in robot.yaml, or payload_kg, varying"
+    assert effect.instances(unstated)
+    assert not effect.instances(replace(unstated, **constant))
+    assert effect.instances(replace(stated, **constant))
+
+
 def test_rows_in_the_gap_where_a_step_may_be_get_the_share_to_expect():
     arm, rows = arm_and_rows()
     around = seen(arm, rows)

@@ -16,7 +16,13 @@ from robocal.robots.robot import Robot
 from service.diagnosis_advice import advice_on
 from service.diagnosis_covariates import Covariates, covariates_of
 from service.diagnosis_plots import covariate_plots, residual_plot
-from service.report_lines import headline, mended_lines, noise_lines, not_used_lines
+from service.report_lines import (
+    change_text,
+    headline,
+    mended_lines,
+    noise_lines,
+    not_used_lines,
+)
 
 _MOST_CAUSES = 8
 _UNITS = (
@@ -78,6 +84,7 @@ def report_parts(bundle: Bundle, found: Diagnosis) -> dict[str, Any]:
         "reduction": found.gain.reduction,
         "low": found.gain.ci95[0],
         "high": found.gain.ci95[1],
+        "change": change_text(found.gain),
         "floor": found.noise_floor * 1e3,
         "causes": [
             asdict(cause_text(named, bundle.robot)) for named in found.effects[:_MOST_CAUSES]

@@ -7,6 +7,7 @@ import numpy as np
 from robocal.calibrated import UNKNOWN_BASE_ROTATION, UNKNOWN_ROTATION
 from robocal.data_faults.slip import Slip
 from robocal.diagnosis.diagnosis import Diagnosis, Verdict
+from robocal.diagnosis.gain import Gain
 from robocal.formats.bundle import RejectedRow
 from robocal.identification.result import Identification, ResidualSummary
 from robocal.measurements import MeasurementSet
@@ -132,10 +133,23 @@ def noise_lines(found: Diagnosis) -> list[str]:
     return [_LARGER] if unknown else []
 
 
+def change_text(gain: Gain) -> str:
+    """By how much the RMS fell, or rose, with its interval.
+
+    >>> change_text(Gain(2.0, 1.0, (0.4, 0.6), 40))
+    '50% less (95 %: 40% to 60%)'
+    >>> change_text(Gain(1.0, 1.01, (-0.03, 0.01), 40))
+    '1% more (95 %: -1% to 3%)'
+    """
+    low, high = gain.ci95
+    if round(gain.reduction, 2) < 0.0:
+        return f"{-gain.reduction:.0%} more (95 %: {-high:z.0%} to {-low:z.0%})"
+    return f"{gain.reduction:z.0%} less (95 %: {low:z.0%} to {high:z.0%})"
+
+
 def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
     """The verdict, the causes with their certainty, the gain, what to do next."""
     gain = found.gain
-    low, high = gain.ci95
     lines = [
         headline(found),
         *mended_lines(found.slips),
@@ -168,8 +182,8 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
         lines.append(f"  and {len(found.effects) - _MOST_LINES} smaller ones")
     lines.append(
         f"position RMS on rows that chose nothing: {gain.before * 1e3:.4f} mm before, "
-        f"{gain.after * 1e3:.4f} mm after, {gain.reduction:.0%} less (95 %: {low:.0%} to "
-        f"{high:.0%}); noise floor {found.noise_floor * 1e3:.4f} mm"
+        f"{gain.after * 1e3:.4f} mm after, {change_text(gain)}; "
+        f"noise floor {found.noise_floor * 1e3:.4f} mm"
     )
     lines += not_used_lines((*found.unusable, *found.outliers))
     if found.depends_on:

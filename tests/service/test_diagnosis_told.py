@@ -2,6 +2,28 @@
 
 import csv
 from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from robocal.diagnosis.gain import Gain
+from service.report_lines import change_text
+from service.web.rendering import page
+
+CHANGES = {
+    "75% less (95 %: 63% to 85%)": (0.75, (0.63, 0.85)),
+    "0% less (95 %: 0% to 0%)": (0.0, (-0.001, 0.0)),
+    "0% less (95 %: -2% to 1%)": (-0.001, (-0.02, 0.01)),
+    "1% more (95 %: -2% to 3%)": (-0.01, (-0.03, 0.02)),
+    "115% more (95 %: 80% to 150%)": (-1.15, (-1.5, -0.8)),
+}
+"""How a share by which the error fell is told, with its interval."""
+ON_THE_PAGE = {
+    "75 % less (95 %: 63 to 85 %)": (0.75, (0.63, 0.85)),
+    "0 % less (95 %: −2 to 1 %)": (-0.001, (-0.02, 0.01)),
+    "1 % more (95 %: −2 to 3 %)": (-0.01, (-0.03, 0.02)),
+    "115 % more (95 %: 80 to 150 %)": (-1.15, (-1.5, -0.8)),
+}
 
 
 def multiply(bundle: Path, columns: tuple[str, ...], factor: float) -> None:
@@ -25,3 +47,33 @@ def test_a_mended_fault_of_the_data_is_told_at_the_terminal_as_in_the_report(
     assert (status, complaint) == (0, "")
     assert told in printed.splitlines()
     assert told in (tmp_path / "out" / "report.html").read_text()
+
+
+@pytest.mark.parametrize("told", CHANGES)
+def test_an_error_that_grew_is_told_as_so_much_more(told):
+    fell, interval = CHANGES[told]
+    assert change_text(Gain(1.0, 1.0 - fell, interval, 40)) == told
+
+
+@pytest.mark.parametrize("told", ON_THE_PAGE)
+def test_the_page_tells_it_alike(told):
+    fell, interval = ON_THE_PAGE[told]
+    found = {
+        "verdict": "Explained",
+        "before": 0.1,
+        "after": 0.1 * (1.0 - fell),
+        "floor": 0.05,
+        "reduction": fell,
+        "low": interval[0],
+        "high": interval[1],
+        "causes": [],
+        "more": 0,
+        "remains": [],
+        "faults": [],
+        "between": None,
+        "hidden": [],
+    }
+    campaign = SimpleNamespace(id=1, cell=None)
+    shown = {"found": found, "verdict": "explained", "plot": "", "plots": [], "asks": False}
+    answer = page("part_diagnosis.html", campaign=campaign, **shown)
+    assert told in bytes(answer.body).decode()

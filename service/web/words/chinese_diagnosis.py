@@ -6,6 +6,7 @@ CHINESE_DIAGNOSIS: dict[str, str] = {
     "error_with_causes": "考虑下列原因后",
     "rows_that_chose_nothing": "未参与选择的行的均方根",
     "less_with_interval": "减小 {percent} %（95 %：{low} 至 {high} %）",
+    "more_with_interval": "增大 {percent} %（95 %：{low} 至 {high} %）",
     "noise_alone": "仅由噪声留下的误差",
     "noise_alone_note": "由仪器声明的噪声得出",
     "causes": "原因",

@@ -6,6 +6,7 @@ ENGLISH_DIAGNOSIS: dict[str, str] = {
     "error_with_causes": "With the causes below",
     "rows_that_chose_nothing": "RMS on rows that chose nothing",
     "less_with_interval": "{percent} % less (95 %: {low} to {high} %)",
+    "more_with_interval": "{percent} % more (95 %: {low} to {high} %)",
     "noise_alone": "What noise alone leaves",
     "noise_alone_note": "From the instrument’s stated noise",
     "causes": "Causes",

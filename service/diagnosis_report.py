@@ -91,6 +91,7 @@ def report_parts(bundle: Bundle, found: Diagnosis) -> dict[str, Any]:
         ],
         "more": max(len(found.effects) - _MOST_CAUSES, 0),
         "plot": residual_plot(found.residuals),
+        "repeats": found.pure_error.lack_of_fit if found.pure_error is not None else "",
         "plots": covariate_plots(_covariates(bundle, found), found.residuals),
         "faults": [*mended_lines(found.slips), *noise_lines(found), *_not_used(found)],
         "remains": [dependence.covariate for dependence in found.depends_on[:6]],

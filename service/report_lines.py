@@ -160,6 +160,8 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
         lines.append(found.adequacy.sentence)
     elif found.adequacy.is_too_quiet:
         lines.append(found.adequacy.quiet_sentence)
+    if found.pure_error is not None:
+        lines.append(found.pure_error.lack_of_fit)
     lines += noise_lines(found)
     for named in found.effects[:_MOST_LINES]:
         own = (named.fitted.instance.effect, named.fitted.instance.joint)

@@ -50,6 +50,14 @@ class PureError:
         return self.is_larger_than_declared and self.model_p >= DOUBT
 
     @property
+    def lack_of_fit(self) -> str:
+        """Both lacks of fit, for people."""
+        return (
+            f"lack of fit against repeats ({self.nu} degrees of freedom): "
+            f"p {self.geometry_p:.2g} by geometry, {self.model_p:.2g} with the causes"
+        )
+
+    @property
     def sentence(self) -> str:
         """What a contradicted noise means, for people."""
         times = np.sqrt(self.ratio)

@@ -51,6 +51,7 @@ def test_repeats_that_scatter_more_than_declared_say_that_the_noise_is_stated_to
     assert repeats["variance_over_declared"] == pytest.approx(1.6**2, rel=0.3)
     assert repeats["contradicts_declared"]
     assert repeats["lack_of_fit_p"] > 0.01
+    assert "lack of fit against repeats (270 degrees of freedom)" in printed
     assert "repeats of one pose scatter by 1." in printed
     assert "nothing of the catalogue" not in printed
 

@@ -15,6 +15,8 @@ from service.calibration import Calibration
 from service.diagnosis_advice import negative_stiffness
 
 _DEG = np.pi / 180.0
+_MOST_ALONE = 5
+"""Rows of one reason that have a line each; more share one."""
 
 
 def identification_lines(done: Calibration, out: Path) -> list[str]:
@@ -64,14 +66,17 @@ def _redundant(result: Identification) -> list[str]:
 
 
 def not_used_lines(rows: tuple[RejectedRow, ...]) -> list[str]:
-    """Which rows take no part: one line for every reason."""
+    """A line for every row that takes no part; one for many of one reason."""
     lines: dict[str, list[str]] = {}
     for row in rows:
         lines.setdefault(row.reason, []).append(str(row.line))
-    return [
-        f"measurements.csv line{'s' * (len(own) > 1)} {', '.join(own)} not used: {reason}"
-        for reason, own in lines.items()
-    ]
+    told = []
+    for reason, own in lines.items():
+        together = (
+            [f"s {', '.join(own)}"] if len(own) > _MOST_ALONE else [f" {line}" for line in own]
+        )
+        told += [f"measurements.csv line{which} not used: {reason}" for which in together]
+    return told
 
 
 def mended_lines(slips: tuple[Slip, ...]) -> list[str]:

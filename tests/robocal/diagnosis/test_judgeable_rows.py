@@ -71,3 +71,10 @@ def test_rows_out_of_the_order_of_their_times_are_refused(call, warming, tmp_pat
     assert "measurements.csv line 53: t_s lies before that of line 52" in complaint
     assert "sort the file by t_s" in complaint
     assert not (tmp_path / "out" / "diagnosis.json").exists()
+
+
+def test_many_rows_of_one_reason_are_told_in_one_line(call, warming, tmp_path):
+    bundle = warming(emptied("payload_kg", lambda index, _: 10 <= index < 20))
+    printed, _ = diagnosed(call, bundle, tmp_path / "out")
+    lines = ", ".join(map(str, range(12, 22)))
+    assert f"measurements.csv lines {lines} not used: payload_kg is empty" in printed

@@ -122,7 +122,7 @@ _LARGER = "what is left goes with nothing that was recorded: the noise may be st
 
 def headline(found: Diagnosis) -> str:
     """The verdict for people, or why there is none."""
-    if not found.geometry_adequacy.judged:
+    if found.too_few:
         return _TOO_FEW
     if found.only_noise_is_larger:
         return _ONLY_NOISE
@@ -130,7 +130,9 @@ def headline(found: Diagnosis) -> str:
 
 
 def noise_lines(found: Diagnosis) -> list[str]:
-    """What speaks for a noise that is not as declared."""
+    """What speaks for a noise that is not as declared; where too little is measured, how little."""
+    if found.too_few:
+        return [found.adequacy.nothing_to_judge_by]
     repeats = found.pure_error
     if repeats is not None and repeats.is_larger_than_declared:
         return [repeats.sentence]
@@ -161,9 +163,9 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
         f"reduced chi-square {found.geometry_adequacy.reduced_chi_square:.3g} by geometry, "
         f"{found.adequacy.reduced_chi_square:.3g} with the causes below",
     ]
-    if not found.adequacy.judged:
+    if not found.adequacy.judged and not found.too_few:
         lines.append(found.adequacy.sentence)
-    elif found.adequacy.is_too_quiet:
+    elif found.adequacy.judged and found.adequacy.is_too_quiet:
         lines.append(found.adequacy.quiet_sentence)
     if found.pure_error is not None:
         lines.append(found.pure_error.lack_of_fit)

@@ -15,7 +15,7 @@ from robocal.diagnosis.extended import FittedEffect
 from robocal.diagnosis.gain import Gain
 from robocal.diagnosis.pure_error import PureError
 from robocal.formats.bundle import RejectedRow
-from robocal.identification.adequacy import Adequacy
+from robocal.identification.adequacy import LEAST_NU, Adequacy
 
 
 class Verdict(StrEnum):
@@ -114,6 +114,11 @@ class Diagnosis:
     """Effects that these data cannot show, each with what would."""
     slips: tuple[Slip, ...] = ()
     """Slips of the data that were mended before anything else."""
+
+    @property
+    def too_few(self) -> bool:
+        """Whether geometry leaves too few numbers over to judge causes by; none is named then."""
+        return self.geometry_adequacy.nu < LEAST_NU
 
     @property
     def only_noise_is_larger(self) -> bool:

@@ -1,10 +1,9 @@
 """Rows that causes can be judged by: in the order of time, and no cell empty that others have."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool
 from numpy import ndarray as Array
 
 from robocal.errors import BadInput
@@ -12,7 +11,7 @@ from robocal.formats.bundle import Bundle, RejectedRow
 from robocal.measurements import MeasurementSet
 
 _RECORDED = 0.5
-"""A column that fewer rows than this have counts as not recorded; [1]"""
+"""A column that fewer rows than this have counts as not recorded: nothing is judged by it; [1]"""
 
 
 @dataclass(frozen=True)
@@ -21,7 +20,7 @@ class Judgeable:
 
     bundle: Bundle
     unrecorded: tuple[str, ...]
-    """Columns that too few rows have, for people."""
+    """Columns that too few rows have to judge by, for people."""
 
 
 def judgeable(bundle: Bundle) -> Judgeable:
@@ -33,27 +32,36 @@ def judgeable(bundle: Bundle) -> Judgeable:
     Raises
     ------
     BadInput
-        If the rows are not in the order of their times: moves, steps and drifts are judged by it.
+        If the rows are not in the order of their times, by which moves, steps and drifts are
+        judged; or if no row says all that most say.
     """
     measured, unrecorded = bundle.measurements, []
+    fixed = {name for name, target in bundle.targets.items() if target.fixed}
+    of_robot = np.array([name not in fixed for name in measured.target], dtype=bool)
     reasons: dict[int, str] = {}
-    for field, name in (
-        ("time", "t_s"),
-        ("temperature", "temperature_degc"),
-        ("payload", "payload_kg"),
+    for name, values, needed in (
+        ("t_s", measured.time, np.ones_like(of_robot)),
+        # Nests beside the robot know neither.
+        ("temperature_degc", measured.temperature, of_robot),
+        ("payload_kg", measured.payload, of_robot),
     ):
-        values: Float[Array, "row"] = getattr(measured, field)
-        known = np.isfinite(values)
-        if known.all() or not known.any():
+        known = np.isfinite(values) | ~needed
+        share = float(np.isfinite(values)[needed].mean())
+        if known.all() or share == 0.0:
             continue
-        if known.mean() < _RECORDED:
-            unknown: dict[str, Any] = {field: np.full(len(measured), np.nan)}
-            measured = replace(measured, **unknown)
-            unrecorded.append(f"{name}: {known.sum()} of {len(known)} rows have it; it is not used")
+        if share < _RECORDED:
+            count = int(np.isfinite(values)[needed].sum())
+            unrecorded.append(f"{name}: only {count} of {needed.sum()} rows have it")
             continue
         for line in measured.lines[~known].tolist():
             reasons.setdefault(line, f"{name} is empty, which most rows have")
     kept: Bool[Array, "row"] = ~np.isin(measured.lines, list(reasons))
+    if not (kept & ~measured.held_out & of_robot).any():
+        raise BadInput(
+            "measurements.csv",
+            "has no row to fit with all of t_s, temperature_degc and payload_kg that most rows "
+            "have; fill these columns, or empty them",
+        )
     measured = measured.rows(kept)
     _refuse_disorder(measured)
     rejected = (*bundle.rejected, *(RejectedRow(*item) for item in sorted(reasons.items())))

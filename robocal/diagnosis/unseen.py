@@ -33,9 +33,12 @@ class _Part:
     def without(self, gone: set[Instance], stay: set[Instance]) -> Float[Array, "row"]:
         """Distances with some effects taken out, the rest fitted again [m]."""
         # Chosen from other rows, an effect may have another order or begin at another line.
-        names = {_name(instance) for instance in gone} - {_name(instance) for instance in stay}
-        instances = [fitted.instance for fitted in self.found.effects]
-        positions = [k for k, one in enumerate(instances) if one in gone or _name(one) in names]
+        everything = [*gone, *stay]
+        positions = []
+        for position, fitted in enumerate(self.found.effects):
+            alike = [one for one in everything if _name(one) == _name(fitted.instance)]
+            if alike and min(alike, key=lambda one: _apart(one, fitted.instance)) in gone:
+                positions.append(position)
         return self.targets.without(self.found, positions)
 
 
@@ -107,6 +110,13 @@ def _part(targets: Targets, problem: Problem, steps: Steps, fold: Bool[Array, "f
 
 def _name(instance: Instance) -> tuple[str, int | None]:
     return instance.effect, instance.joint
+
+
+def _apart(one: Instance, other: Instance) -> tuple[int, float]:
+    """How unlike two forms of one effect and joint are: in what they depend on, then how far."""
+    first, second = dict(one.arguments), dict(other.arguments)
+    lacking = len(first.keys() ^ second.keys())
+    return lacking, sum(abs(first[name] - second[name]) for name in first.keys() & second.keys())
 
 
 def _circumstances(targets: Targets, rows: Int[Array, "some"]) -> Circumstances:

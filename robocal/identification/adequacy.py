@@ -49,7 +49,7 @@ class Adequacy:
     def sentence(self) -> str:
         """What it means, for people."""
         if not self.judged:
-            return self._nothing_to_judge_by
+            return self.nothing_to_judge_by
         value = f"reduced chi-square {self.reduced_chi_square:.3g}"
         band = f"[{self.low:.3g}, {self.high:.3g}]"
         if self.adequate:
@@ -71,7 +71,8 @@ class Adequacy:
         )
 
     @property
-    def _nothing_to_judge_by(self) -> str:
+    def nothing_to_judge_by(self) -> str:
+        """How little is left over, and how many poses more it takes, for people."""
         left = (
             "no measured number is" if self.nu <= 0 else f"only {self.nu:.2g} measured numbers are"
         )

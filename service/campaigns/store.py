@@ -83,6 +83,7 @@ def create(session: Session, queue: JobQueue, wanted: NewCampaign) -> Accepted:
         )
     if wanted.kind is CampaignKind.health:
         _aim_health_check(session, row)
+    row.payload_kg = _held(session, row)
     session.add(row)
     session.flush()
     row.seed = _seed(row, wanted)
@@ -233,6 +234,17 @@ def _aim_health_check(session: Session, row: CampaignRow) -> None:
     assert row.cell is not None
     released = parameters.newest(session, row.cell, ParametersState.released)
     row.parameters_version = released.version
+
+
+def _held(session: Session, row: CampaignRow) -> float | None:
+    """Payload as stated, else that of the campaign that is followed or checked [kg]."""
+    if row.payload_kg is not None:
+        return row.payload_kg
+    origin = row.follows
+    if row.parameters_version is not None:
+        assert row.cell is not None
+        origin = parameters.version(session, row.cell, row.parameters_version).campaign
+    return None if origin is None else session.get_one(CampaignRow, origin).payload_kg
 
 
 def _seed(row: CampaignRow, wanted: NewCampaign) -> int:

@@ -43,7 +43,7 @@ def predict(
     if made.at_end:
         warn(
             f"{made.at_end} rows are predicted as at the end of the model's campaign: its drift "
-            "and steps go by t_s, which these rows or the campaign do not state"
+            "and steps go by t_s, which these rows, the campaign or the model do not state"
         )
     document = {
         "rows": made.rows,

@@ -49,7 +49,8 @@ def judge_health(request: Json, folder: Path) -> Json:
     rows = replace(
         unmeasured_rows(
             np.array(request["joints"]),
-            np.nan if held is None else held,
+            # Neither this campaign nor the one before it states a payload: it holds none.
+            held or 0.0,
             np.nan if now is None else now,
         ),
         position=np.array(request["positions"]),

@@ -69,7 +69,7 @@ def plan_verify(request: Json, folder: Path) -> Json:
         replace(calibrated, robot=robot),
         request["count"],
         request["seed"],
-        payload=np.nan if request["payload_kg"] is None else request["payload_kg"],
+        payload=request["payload_kg"] or 0.0,
         cell=with_room(surroundings(settings)),
     )
     order = clear_order(robot, surroundings(settings), targets.q_nominal)

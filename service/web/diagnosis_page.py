@@ -35,7 +35,8 @@ def diagnosis_part(number: RowNumber, database: DatabaseDependency) -> HTMLRespo
         "part_diagnosis.html",
         campaign=shown,
         found=parts,
-        verdict=document["verdict"],
+        # With too little measured there is none, whatever it is called.
+        verdict=document["verdict"] if document["adequacy"]["judged"] else None,
         # Drawn by the service itself, with every text in them escaped.
         plot=Markup(parts["plot"]),
         plots=[Markup(plot) for plot in parts["plots"]],

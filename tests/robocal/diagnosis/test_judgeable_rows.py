@@ -60,8 +60,31 @@ def test_a_check_row_that_cannot_be_predicted_counts_for_no_gain(call, warming, 
 def test_a_column_that_few_rows_have_is_told_and_not_used(call, warming, tmp_path):
     bundle = warming(emptied("temperature_degc", lambda index, _: index % 5))
     _, found = diagnosed(call, bundle, tmp_path / "out")
-    assert found["hidden"][0].startswith("temperature_degc: 36 of 178 rows have it")
+    assert found["hidden"][0].startswith("temperature_degc: only 36 of 178 rows have it")
     assert found["rejected_rows"] == []
+
+
+def test_a_nest_beside_the_robot_holds_no_payload(call, warming, tmp_path):
+    def with_nest(rows):
+        for index, row in enumerate(rows):
+            row["target"] = "r1" if index % 12 == 5 else ""
+            if row["target"]:
+                row |= {"payload_kg": "", "x_mm": "100", "y_mm": "200", "z_mm": "300"}
+
+    bundle = warming(with_nest)
+    with (bundle / "campaign.yaml").open("a") as file:
+        file.write("targets: {r1: {fixed: true}}\n")
+    _, found = diagnosed(call, bundle, tmp_path / "out")
+    assert not [row for row in found["rejected_rows"] if "payload_kg" in row["reason"]]
+    assert [entry["effect"] for entry in found["effects"]] == ["thermal_expansion"]
+
+
+def test_columns_that_never_meet_in_a_row_are_told(call, warming, tmp_path):
+    warming(emptied("temperature_degc", lambda index, _: index % 2))
+    bundle = warming(emptied("t_s", lambda index, _: index % 2 == 0))
+    status, _, complaint = call("diagnose", bundle, "--out", tmp_path / "out")
+    assert status == 2
+    assert "has no row to fit with all of t_s, temperature_degc and payload_kg" in complaint
 
 
 def test_rows_out_of_the_order_of_their_times_are_refused(call, warming, tmp_path):

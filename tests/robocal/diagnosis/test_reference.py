@@ -14,6 +14,7 @@ from robocal.diagnosis.effect import Coefficient, Instance
 from robocal.diagnosis.extended import FittedEffect
 from robocal.diagnosis.reference import Reference, reference_of
 from robocal.diagnosis.steps import after_step
+from robocal.formats.effects_yaml import reference_document
 from robocal.formats.model_yaml import read_model, write_model
 from robocal.measurements import unmeasured_rows
 from tests.robocal.formats.calibrated_arms import calibrated_arm
@@ -160,3 +161,16 @@ def test_a_campaigns_own_rows_find_their_lines_by_their_times():
 def test_lines_out_of_the_order_of_time_do_not_place_a_step():
     rows = replace(unmeasured_rows(np.zeros((4, 6))), time=np.array([1.0, 3.0, 2.0, 4.0]))
     assert reference_of(rows, rows.time).moments == ()
+
+
+def test_a_step_between_rows_of_one_time_is_placed_by_no_time():
+    robot = moved_base("base_step", STEP, SECONDS)
+    rows = replace(
+        unmeasured_rows(np.zeros((90, 6))),
+        lines=np.arange(2, 92),
+        time=np.repeat([0.0, 3600.0, 7200.0], 30),
+    )
+    written = reference_document(reference_of(rows, rows.time), robot.effects)
+    assert written["step_lines"] == written["step_t_s"] == []
+    sharp = replace(rows, time=np.arange(90.0))
+    assert reference_document(reference_of(sharp, sharp.time), robot.effects)["step_t_s"]

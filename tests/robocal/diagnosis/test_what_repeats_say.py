@@ -17,9 +17,7 @@ HELD_OUT = "held_out: {column: split}\n"
 def found(call, tmp_path):
     """Diagnose positions of a cell; `still` joints stand, every pose is read `times` times."""
 
-    def diagnose(
-        seed, poses=60, times=1, still=(), moved=lambda q: q, noise=1.0, held_out=HELD_OUT
-    ):
+    def diagnose(seed, poses=60, times=1, still=(), moved=lambda q: q, noise=1.0, checked=4):
         bundle, cell = tmp_path / "bundle", true_cell(ROBOT, seed)
         q = write_bundle(bundle, ROBOT, cell, poses, full_pose=False)
         q[:, still] = 0.3
@@ -28,7 +26,9 @@ def found(call, tmp_path):
         lines = [",".join([*header(cell.nominal, full_pose=False), "pose", "split"])]
         for reading, place, number in zip(np.degrees(q), position * 1e3, pose, strict=True):
             numbers = ",".join(f"{value:.9f}" for value in (*reading, *place))
-            lines.append(f"{numbers},{number},{'check' if number % 4 == 3 else 'fit'}")
+            lines.append(
+                f"{numbers},{number},{'check' if number % checked == checked - 1 else 'fit'}"
+            )
         (bundle / "measurements.csv").write_text("\n".join(lines) + "\n")
         (bundle / "campaign.yaml").write_text(CAMPAIGN + HELD_OUT)
         printed = run_diagnose(call, bundle, tmp_path / "out")
@@ -75,11 +75,10 @@ def test_without_repeats_nothing_is_said_of_them(found):
     assert found(3)[1]["pure_error"] is None
 
 
-@pytest.mark.parametrize("poses", [14, 16])
-def test_hardly_more_numbers_than_parameters_name_no_cause(found, poses):
-    printed, few = found(7, poses=poses, noise=2.0)
+@pytest.mark.parametrize(("poses", "noise"), [(14, 1.0), (16, 30.0)])
+def test_hardly_more_numbers_than_parameters_name_no_cause(found, poses, noise):
+    printed, few = found(7, poses=poses, noise=noise)
     assert few["effects"] == []
-    assert not few["adequacy"]["judged"]
     assert "explains" not in printed
     assert "measure at least" in printed
 
@@ -96,6 +95,20 @@ def test_a_single_cause_gains_what_the_whole_model_gains(call, tmp_path, held_ou
     (cause,) = document["effects"]
     for name in ("held_out_rms_before_mm", "held_out_rms_after_mm"):
         assert cause["gain"][name] == pytest.approx(document["gain"][name], rel=1e-3)
+
+
+def test_two_orders_of_one_gear_are_taken_out_one_by_one(found):
+    """Folds that choose again find each order a little elsewhere."""
+
+    def geared(q):
+        q = q.copy()
+        q[:, 1] += 1e-4 * (np.sin(20.3 * q[:, 1]) + np.sin(33.7 * q[:, 1]))
+        return q
+
+    _, both = found(5, poses=120, moved=geared, checked=1000)
+    orders = {round(entry["order"]): entry["gain"]["reduction"] for entry in both["effects"]}
+    assert set(orders) == {20, 34}
+    assert min(orders.values()) > 0.5
 
 
 def test_rows_that_chose_a_cause_do_not_measure_its_gain(call, tmp_path, monkeypatch):

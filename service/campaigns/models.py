@@ -73,7 +73,8 @@ class NewCampaign(Strict):
     approach_mm: Annotated[float, Field(ge=0, le=50)] = 5.0
     """The same of a sliding joint."""
     payload_kg: Annotated[float, Field(ge=0, le=10_000)] | None = None
-    """What the robot carries beside its own links; null: not known."""
+    """What the robot carries beside its own links; null: as much as in the campaign that it follows
+    or checks, not known if that states none."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] | None = None
     """Of planning and of the held-out rows; the campaign's number if not given."""
     parameters_version: Annotated[int, Field(ge=1, lt=2**31)] | None = None

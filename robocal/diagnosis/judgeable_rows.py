@@ -45,18 +45,16 @@ def judgeable(bundle: Bundle) -> Judgeable:
         ("temperature_degc", measured.temperature, of_robot),
         ("payload_kg", measured.payload, of_robot),
     ):
-        known = np.isfinite(values) | ~needed
-        share = float(np.isfinite(values)[needed].mean())
-        if known.all() or share == 0.0:
+        stated, lacking = np.isfinite(values) & needed, ~np.isfinite(values) & needed
+        if not stated.any() or not lacking.any():
             continue
-        if share < _RECORDED:
-            count = int(np.isfinite(values)[needed].sum())
-            unrecorded.append(f"{name}: only {count} of {needed.sum()} rows have it")
+        if stated.sum() < _RECORDED * needed.sum():
+            unrecorded.append(f"{name}: only {stated.sum()} of {needed.sum()} rows have it")
             continue
-        for line in measured.lines[~known].tolist():
+        for line in measured.lines[lacking].tolist():
             reasons.setdefault(line, f"{name} is empty, which most rows have")
     kept: Bool[Array, "row"] = ~np.isin(measured.lines, list(reasons))
-    if not (kept & ~measured.held_out & of_robot).any():
+    if reasons and not (kept & ~measured.held_out & of_robot).any():
         raise BadInput(
             "measurements.csv",
             "has no row to fit with all of t_s, temperature_degc and payload_kg that most rows "

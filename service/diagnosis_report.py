@@ -1,13 +1,13 @@
 """`report.html`: the diagnosis for the plant engineer, in one file."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from robocal.data_faults.slip import mend
+from robocal.data_faults.slip import mend_whichever
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.diagnosis import Diagnosis, NamedEffect
 from robocal.diagnosis.effect import Instance
@@ -103,8 +103,7 @@ def report_parts(bundle: Bundle, found: Diagnosis) -> dict[str, Any]:
 
 def _covariates(bundle: Bundle, found: Diagnosis) -> Covariates:
     """Of the rows as they were diagnosed: mended, and in the order of measuring."""
-    slips = tuple(replace(slip, rivals=()) for slip in found.slips)
-    rows = mend(bundle, slips).measurements
+    rows = mend_whichever(bundle, found.slips).measurements
     place = {line: row for row, line in enumerate(rows.lines.tolist())}
     order = np.array([place[line] for line in found.residuals.lines.tolist()], dtype=int)
     return covariates_of(found.calibrated.circumstances_of(rows.rows(order)))
@@ -113,7 +112,7 @@ def _covariates(bundle: Bundle, found: Diagnosis) -> Covariates:
 def _not_used(found: Diagnosis) -> list[str]:
     lines = not_used_lines((*found.unusable, *found.outliers))
     more = len(lines) - _MOST_ROWS
-    return lines if more <= 0 else [*lines[:_MOST_ROWS], f"and {more} rows more: diagnosis.json"]
+    return lines if more <= 0 else [*lines[:_MOST_ROWS], f"and {more} lines more: diagnosis.json"]
 
 
 def cause_text(named: NamedEffect, robot: Robot) -> CauseText:

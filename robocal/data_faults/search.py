@@ -1,7 +1,5 @@
 """Find the slips of a bundle: joints, units, mirror, rows, orientations, in this order."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from robocal.data_faults.campaign_view import (
@@ -30,7 +28,7 @@ from robocal.data_faults.misfit import (
     row_tolerance,
 )
 from robocal.data_faults.rows import SHIFTS, find_row_slips, partners
-from robocal.data_faults.slip import Slip, mend
+from robocal.data_faults.slip import Slip, mend, mend_whichever
 from robocal.data_faults.tool_rotation import fit_orientations, misfit_as_written
 from robocal.errors import BadInput, NoAnswer
 from robocal.formats.bundle import Bundle
@@ -69,7 +67,7 @@ def find_slips(bundle: Bundle) -> tuple[Slip, ...]:
     _refuse_robot_in_metres(bundle.robot)
     _refuse_stuck_points(bundle)
     slips = _slips_of_points(bundle)
-    refuse_missed_lengths(_mended(bundle, slips))
+    refuse_missed_lengths(mend_whichever(bundle, slips))
     return slips
 
 
@@ -86,7 +84,7 @@ def _slips_of_points(bundle: Bundle) -> tuple[Slip, ...]:
     row_slips = _row_slips(bundle, explanations[0])
     ways = _explain_poses(mend(bundle, row_slips), explanations)
     slips = (*row_slips, *with_rivals(ways))
-    mended = _mended(bundle, slips)
+    mended = mend_whichever(bundle, slips)
     last = fit_as_written(mended) if slips else written
     if last is not None:
         refuse_misfit(mended, last.fit, _UNEXPLAINED)
@@ -118,11 +116,6 @@ def _refuse_stuck_points(bundle: Bundle) -> None:
             f"has only {points} point{'s' * (points > 1)} at {poses} different poses, the same to "
             "the last digit: the instrument did not read anew, or x_mm, y_mm, z_mm are not its",
         )
-
-
-def _mended(bundle: Bundle, slips: tuple[Slip, ...]) -> Bundle:
-    """The bundle as it should have been; of rival mends, which fit alike, by the first."""
-    return mend(bundle, tuple(replace(slip, rivals=()) for slip in slips))
 
 
 def _explain_points(bundle: Bundle, view: View, written: Explanation) -> tuple[Explanation, ...]:
@@ -170,7 +163,7 @@ def _row_slips(bundle: Bundle, explanation: Explanation) -> tuple[Slip, ...]:
         return ()
     # Rows that are exchanged as well show only once the others stand where they belong.
     found += _misplaced_rows(mend(bundle, found), explanation)
-    fitted = fit_as_written(_mended(bundle, (*found, *explanation.slips)))
+    fitted = fit_as_written(mend_whichever(bundle, (*found, *explanation.slips)))
     explained = fitted is not None and fitted.fit.score <= plausible_error(bundle.robot)
     return found if explained else ()
 

@@ -78,3 +78,8 @@ def mend(bundle: Bundle, slips: tuple[Slip, ...]) -> Bundle:
         if line not in kept
     )
     return replace(bundle, measurements=rows, rejected=(*bundle.rejected, *lost))
+
+
+def mend_whichever(bundle: Bundle, slips: tuple[Slip, ...]) -> Bundle:
+    """The same where rivals do not matter: they fit equally well, and the first is taken."""
+    return mend(bundle, tuple(replace(slip, rivals=()) for slip in slips))

@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from robocal.diagnosis.reference import PAYLOAD, is_timed, reference_of
-from robocal.diagnosis.reference import Reference as Reference
+from robocal.diagnosis.reference import PAYLOAD, Reference, is_timed, reference_of
 from robocal.kinematics.forward import Columns, walk
 from robocal.kinematics.model import KinematicModel
 from robocal.measurements import MeasurementSet, approach_column

@@ -10,10 +10,10 @@ from scipy.special import gammaincc
 
 from robocal.calibrated import CalibratedRobot, Provenance
 from robocal.data_faults.search import find_slips
-from robocal.data_faults.slip import mend
+from robocal.data_faults.slip import mend_whichever
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.causes import STATED, UNLISTED
-from robocal.diagnosis.circumstances import Circumstances, Reference, circumstances
+from robocal.diagnosis.circumstances import Circumstances, circumstances
 from robocal.diagnosis.covariates import SIGNIFICANT, Dependence, dependences
 from robocal.diagnosis.diagnosis import (
     Diagnosis,
@@ -31,6 +31,7 @@ from robocal.diagnosis.judgeable_rows import judgeable
 from robocal.diagnosis.judged_effects import judge_effects
 from robocal.diagnosis.next_poses import split_causes
 from robocal.diagnosis.pure_error import pure_error
+from robocal.diagnosis.reference import Reference
 from robocal.diagnosis.step_sweep import STEPS
 from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import evenly
@@ -71,8 +72,8 @@ def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
         If the data do not fit this robot, and no slip that is known explains it.
     """
     slips = find_slips(bundle)
-    # Rival mends fit equally well by definition; the report tells them all.
-    rows = judgeable(mend(bundle, tuple(replace(slip, rivals=()) for slip in slips)))
+    # The report tells all rival mends.
+    rows = judgeable(mend_whichever(bundle, slips))
     bundle = rows.bundle
     ready = prepare(bundle, bundle.choices)
     held_out = ready.rows.held_out

@@ -29,7 +29,8 @@ _NULL_DRAWS = 400
 _NULL_ROWS = 300
 _MOST_SMALL, _MOST_LARGE = 10, 60
 """Effects at most, with few and with many rows; [1]"""
-_MANY_ROWS = 600
+MANY_ROWS = 600
+"""With more, dozens of effects stand for structure, and choosing takes long; [1]"""
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ def _choose(targets: Targets, solution: Solution, candidates: Int[Array, "row"])
     if geometric.nu < LEAST_NU:
         # Hardly anything is left over: evidence and threshold are both rounding.
         return Steps(rows, fitted, geometric, geometric, None, none)
-    most = _MOST_LARGE if len(rows) > _MANY_ROWS else _MOST_SMALL
+    most = _MOST_LARGE if len(rows) > MANY_ROWS else _MOST_SMALL
     limits = Limits(_threshold(rows, geometric), most)
     found = select_effects(solution.problem, solution.fit.cell, rows, limits)
     return Steps(rows, fitted, geometric, found, limits, none)
@@ -116,7 +117,7 @@ def _belonging(
 ) -> Solution | None:
     """The rows that belong once the effects are in; None where these are the same."""
     # With many rows dozens of effects stand for structure: no row's own error is told by them.
-    if not steps.found.effects or len(steps.rows) > _MANY_ROWS:
+    if not steps.found.effects or len(steps.rows) > MANY_ROWS:
         return None
     around = targets.around.rows(chosen_rows(candidates, len(targets.measured)))
     scores = score_again(steps.found, observed, around, solution.used)

@@ -8,7 +8,7 @@ from numpy import ndarray as Array
 
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Instance
-from robocal.diagnosis.find import Steps
+from robocal.diagnosis.find import MANY_ROWS, Steps
 from robocal.diagnosis.gain import blocks_of
 from robocal.diagnosis.joint_fit import JointFit, fit_jointly
 from robocal.diagnosis.select import select_effects
@@ -16,7 +16,6 @@ from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import chosen_rows
 from robocal.identification.strategy import Problem
 
-_MANY_ROWS = 600
 _EVERY = 5
 """With many rows every fifth pose is predicted by the others; [1]"""
 
@@ -87,7 +86,7 @@ def unseen(targets: Targets, problem: Problem, steps: Steps) -> Unseen:
     if held_out.any():
         return Unseen((_Part(held_out, targets.some(held_out), steps.geometric, steps.found),))
     pose = targets.measured.pose[steps.fitted]
-    if len(pose) > _MANY_ROWS:
+    if len(pose) > MANY_ROWS:
         # One fold tells enough, and choosing takes long.
         fold = np.unique(pose, return_inverse=True)[1] % _EVERY
         return Unseen((_part(targets, problem, steps, fold == 0),))

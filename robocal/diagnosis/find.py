@@ -6,11 +6,11 @@ import numpy as np
 from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
+from robocal.diagnosis.alarm import null_threshold
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effects.settling import Settling
 from robocal.diagnosis.joint_fit import JointFit, fit_jointly
 from robocal.diagnosis.judged_again import score_again
-from robocal.diagnosis.screen import null_threshold
 from robocal.diagnosis.select import Limits, select_effects
 from robocal.diagnosis.target_distances import Targets
 from robocal.diagnosis.thinning import chosen_rows, evenly

@@ -2,7 +2,7 @@
 
 Listed effects are scored one by one, steps for all first rows at once, gear orders on a grid fine
 enough that no peak falls between. The scores of simulated noise go the same way, which gives the
-null.
+null; see `alarm.py`.
 """
 
 from collections.abc import Iterator
@@ -14,12 +14,11 @@ from numpy import ndarray as Array
 
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
-from robocal.diagnosis.evidence import log_sum_exp, sizes_of
+from robocal.diagnosis.evidence import sizes_of
 from robocal.diagnosis.group import Group, listed
 from robocal.diagnosis.linearised import Linearised
 from robocal.diagnosis.order_sweep import sweep_orders
 from robocal.diagnosis.step_sweep import STEPS, sweep_steps
-from robocal.progress import tell
 
 _SEARCHED_SHARE = 0.5
 """Prior share of gear harmonics at orders that are not 1 or 2; [1]"""
@@ -103,28 +102,3 @@ def _shared_over_joints(groups: list[Group]) -> list[Group]:
         )
         for group in groups
     ]
-
-
-def total_evidence(groups: list[Group]) -> Float[Array, "residual"]:
-    """Log Bayes factor of "one cause of the catalogue" against "nothing more"."""
-    n_families = len({group.effect for group in groups})
-    all_weighted = np.concatenate([group.weighted for group in groups])
-    each = np.array([log_sum_exp(column) for column in all_weighted.T])
-    return np.asarray(each - np.log(n_families))
-
-
-def null_threshold(
-    rows: Circumstances, fit: Linearised, chance: float, draws: int, seed: int
-) -> float:
-    """Total evidence that noise alone exceeds with this chance.
-
-    Estimated from simulated residuals, projected like real ones; the upper tail is taken as
-    exponential beyond its upper tenth, so that few draws give a steady figure.
-    """
-    tell("what noise alone would show")
-    z = np.random.default_rng(seed).normal(size=(len(fit.r), draws))
-    z -= fit.basis @ (fit.basis.T @ z)
-    evidence = np.sort(total_evidence(screen(rows, fit, z)))
-    tenth = evidence[int(0.9 * draws) :]
-    scale = float(np.mean(tenth - tenth[0]))
-    return float(tenth[0] + scale * np.log(0.1 / chance))

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
+from robocal.diagnosis.alarm import named_evidence
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.effect import Instance
@@ -19,7 +20,7 @@ from robocal.diagnosis.group import Group
 from robocal.diagnosis.joint_fit import JointFit, fit_jointly
 from robocal.diagnosis.linearised import Linearised
 from robocal.diagnosis.refine import refine
-from robocal.diagnosis.screen import screen, total_evidence
+from robocal.diagnosis.screen import screen
 from robocal.diagnosis.thinning import evenly
 from robocal.identification.cell_model import CellModel
 from robocal.identification.strategy import Problem
@@ -44,7 +45,7 @@ class Limits:
     """When to stop."""
 
     threshold: float
-    """Total evidence below which nothing more is named."""
+    """Named evidence below which nothing more is named."""
     most: int
     """Effects at most."""
 
@@ -83,7 +84,7 @@ def _grow(
         room = limits.most - len(found.effects)
         fit = found.judged
         groups = screen(rows, fit, fit.r[:, None])
-        if room <= 0 or total_evidence(groups)[0] <= limits.threshold:
+        if room <= 0 or named_evidence(groups)[0] <= limits.threshold:
             break
         had = refused | {fitted.instance for fitted in found.effects}
         fresh = [i for i in _best(rows, fit, groups)[:room] if i not in had]
@@ -91,7 +92,7 @@ def _grow(
             break
         instances = (*(fitted.instance for fitted in found.effects), *fresh)
         grown = fit_jointly(problem, found.cell, rows, instances, found.effects)
-        kept = _still_needed(grown, limits.threshold)
+        kept = _still_needed(grown)
         if len(kept) < len(instances):
             refused |= set(instances) - set(kept)
             grown = fit_jointly(problem, grown.cell, rows, kept, grown.effects)
@@ -101,13 +102,13 @@ def _grow(
     return found
 
 
-def _still_needed(found: JointFit, threshold: float) -> tuple[Instance, ...]:
-    """Effects that stand up when judged given all the others."""
+def _still_needed(found: JointFit) -> tuple[Instance, ...]:
+    """Effects that are likelier than nothing when judged given all the others."""
     evidence = found.evidence_of_effects()
     return tuple(
         fitted.instance
         for fitted, strength in zip(found.effects, evidence, strict=True)
-        if strength > threshold
+        if strength > 0.0
     )
 
 

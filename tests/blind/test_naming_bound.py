@@ -34,3 +34,10 @@ def test_what_the_reading_of_the_temperature_tells_is_no_coin():
     at = place_of(large, large)
     told = Place(at.strength, at.shift, at.name, np.arange(2 * N) < N)
     assert named(told, seed=1) == (1.0, 1.0)
+
+
+def test_an_alarm_that_wants_a_clear_name_detects_less_that_is_named_wrongly():
+    small, larger = 2.0 * np.eye(12)[0], 2.0 * np.eye(12)[:2].sum(axis=0)
+    at = place_of(small, larger)
+    (any_name, _), (clear, _) = (named(at, seed=1, clearness=weight) for weight in (0.0, 7.0))
+    assert clear > any_name + 0.02

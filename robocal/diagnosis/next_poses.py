@@ -194,6 +194,8 @@ class _Fitted:
     measured: Float[Array, "scalar coefficient"]
     chosen: Float[Array, "pose 3 coefficient"]
     values: Float[Array, "coefficient"]
+    precision: Float[Array, "coefficient"]
+    """Of the prior."""
 
 
 def _questions(
@@ -205,9 +207,9 @@ def _questions(
     found = []
     for cause, X in zip(stated, columns, strict=True):
         M, b = rest.scored(X)
-        prior = np.diag(cause.instance.prior_std**-2.0)
-        values = np.linalg.solve(M + prior, b)
-        found.append(_Fitted(X, pool.columns(cause.instance), values))
+        precision = cause.instance.prior_std**-2.0
+        values = np.linalg.solve(M + np.diag(precision), b)
+        found.append(_Fitted(X, pool.columns(cause.instance), values, precision))
     lead = found[0]
     questions = [_question(naming.none, rest, pool, lead, None)]
     for cause, rival in zip(stated[1:], found[1:], strict=True):
@@ -223,7 +225,7 @@ def _question(
     if rival is not None:
         measured = np.concatenate([measured, rival.measured], axis=1)
         known = np.concatenate([known, rival.chosen], axis=2)
-        precision = np.concatenate([precision, np.zeros(len(rival.values))])
+        precision = np.concatenate([precision, rival.precision])
     gram = measured.T @ measured + np.diag(precision)
     pulled = measured.T @ (cause.measured @ cause.values)
     return _Question(weight, cause.chosen @ cause.values, known, gram, pulled)

@@ -22,6 +22,8 @@ from robocal.diagnosis.step_sweep import STEPS, sweep_steps
 
 _SEARCHED_SHARE = 0.5
 """Prior share of gear harmonics at orders that are not 1 or 2; [1]"""
+_LEAST_SHOWN = 0.01
+"""Squared length, in noise, below which an effect of usual size cannot be seen; [1]"""
 
 
 def screen(
@@ -38,7 +40,14 @@ def screen(
         replace(group, log_prior=group.log_prior + np.log(_SEARCHED_SHARE))
         for group in sweep_orders(rows, fit, residuals)
     ]
-    return _shared_over_joints([of_all_sizes(group) for group in (*few, *steps, *orders)])
+    groups = [of_all_sizes(group) for group in (*few, *steps, *orders)]
+    return _shared_over_joints([group for group in groups if _shows(group)] or groups)
+
+
+def _shows(group: Group) -> bool:
+    """Whether any candidate moves the rows: one of a joint that stood still is no cause."""
+    squares = np.einsum("nkk->nk", group.M) * group.prior_std**2
+    return bool(squares.sum(axis=1).max() > _LEAST_SHOWN)
 
 
 def _listed(

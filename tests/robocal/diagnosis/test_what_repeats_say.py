@@ -41,7 +41,10 @@ def found(call, tmp_path):
 def test_a_joint_that_stood_still_is_nothing_that_residuals_depend_on(found, seed):
     _, clean = found(seed, poses=80, still=[3])
     assert clean["depends_on"] == []
-    assert clean["verdict"] == "model_adequate"
+    assert clean["verdict"] in {"model_adequate", "explained"}
+    told = [cause for effect in clean["effects"] for cause in (effect, *effect["confusable_with"])]
+    # Noise may look like something, but not like a joint that settles where it stood.
+    assert ("settling", 4) not in {(cause["effect"], cause.get("joint")) for cause in told}
 
 
 def test_repeats_that_scatter_more_than_declared_say_that_the_noise_is_stated_too_small(found):

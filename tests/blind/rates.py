@@ -62,6 +62,11 @@ def top_states(trial: Trial, hidden: HiddenEffect) -> bool:
     return bool(named) and any(cause.is_(hidden) for cause in named[0].stated)
 
 
+def matters(hidden: HiddenEffect) -> bool:
+    """Whether a hidden effect ought to be named."""
+    return hidden.snr >= MATTERS
+
+
 def clean(trials: list[Trial]) -> list[Line]:
     """Nothing is hidden."""
     return [
@@ -80,6 +85,7 @@ def one(trials: list[Trial]) -> list[Line]:
     right, stated = rate([top_is(*p) for p in found]), rate([top_states(*p) for p in found])
     after = [t.verdict.after_mm / t.truth.noise_floor_mm for t, _ in found if t.verdict.named]
     extra = [len(t.verdict.named) > 1 for t, _ in found]
+    mattering = rate([top_is(t, h) for t, h in zip(trials, hidden, strict=True) if matters(h)])
     detected = [t.verdict.alarmed for t in trials]
     law = strength_at([h.strength for h in hidden], detected)
     return [
@@ -89,6 +95,7 @@ def one(trials: list[Trial]) -> list[Line]:
         Line("... all detected: named right", right, 0.985),
         Line("... all detected: in the stated 95 % set", stated, 0.995),
         Line("... all detected: something else named beside it", rate(extra)),
+        Line("... snr >= 0.25: detected and named right", mattering),
         Line("held-out error after, over the noise floor", mean(after), 1.05, at_least=False),
     ]
 
@@ -108,7 +115,7 @@ def other_forms(trials: list[Trial]) -> list[Line]:
 
 def two(trials: list[Trial]) -> list[Line]:
     """Two effects."""
-    both = [t for t in trials if all(e.snr >= MATTERS for e in t.truth.main)]
+    both = [t for t in trials if all(matters(e) for e in t.truth.main)]
     named = rate([all(t.verdict.names(e) for e in t.truth.main) for t in both])
     exact = rate([t.verdict.is_exactly(t.truth.main) for t in both])
     return [

@@ -118,6 +118,7 @@ def test_the_rates_of_one_effect_count_what_they_say(tmp_path):
         "... all detected: named right": (1, 3),
         "... all detected: in the stated 95 % set": (2, 3),
         "... all detected: something else named beside it": (0, 3),
+        "... snr >= 0.25: detected and named right": (1, 3),
     }
     over_floor = found["held-out error after, over the noise floor"].value.value
     assert over_floor == pytest.approx(0.0546 / 0.052)

@@ -22,6 +22,7 @@ from service.report_lines import (
     mended_lines,
     noise_lines,
     not_used_lines,
+    suspect_lines,
 )
 
 _MOST_CAUSES = 8
@@ -110,7 +111,7 @@ def _covariates(bundle: Bundle, found: Diagnosis) -> Covariates:
 
 
 def _not_used(found: Diagnosis) -> list[str]:
-    lines = not_used_lines((*found.unusable, *found.outliers))
+    lines = not_used_lines((*found.unusable, *found.outliers)) + suspect_lines(found.suspect)
     more = len(lines) - _MOST_ROWS
     return lines if more <= 0 else [*lines[:_MOST_ROWS], f"and {more} lines more: diagnosis.json"]
 

@@ -41,8 +41,7 @@ def identification_lines(done: Calibration, out: Path) -> list[str]:
     if result.drift:
         what = "removed" if result.drift.significant else "not significant, left alone"
         lines.append(f"station drift up to {result.drift.largest * 1e3:.4f} mm: {what}")
-    for row in result.suspect:
-        lines.append(f"measurements.csv line {row.line}, held out, is suspect: {row.reason}")
+    lines += suspect_lines(result.suspect)
     lines += not_used_lines(result.rejected)
     for name, reason in result.unmet.items():
         lines.append(f"{name} was asked for, but is not identified: {reason}")
@@ -63,6 +62,11 @@ def _redundant(result: Identification) -> list[str]:
     for name, reason in result.reasons.items():
         alike.setdefault(reason, []).append(name)
     return [f"redundant: {', '.join(names)}: {reason}" for reason, names in alike.items()]
+
+
+def suspect_lines(rows: tuple[RejectedRow, ...]) -> list[str]:
+    """Rows that chose nothing and yet look wrong; they count in what is gained."""
+    return [f"measurements.csv line {row.line}, held out, is suspect: {row.reason}" for row in rows]
 
 
 def not_used_lines(rows: tuple[RejectedRow, ...]) -> list[str]:
@@ -195,6 +199,7 @@ def diagnosis_lines(found: Diagnosis, out: Path) -> list[str]:
         f"noise floor {found.noise_floor * 1e3:.4f} mm"
     )
     lines += not_used_lines((*found.unusable, *found.outliers))
+    lines += suspect_lines(found.suspect)
     if found.depends_on:
         names = ", ".join(dependence.covariate for dependence in found.depends_on[:5])
         lines.append(f"what remains depends on {names}")

@@ -114,6 +114,8 @@ class Diagnosis:
     """Effects that these data cannot show, each with what would."""
     slips: tuple[Slip, ...] = ()
     """Slips of the data that were mended before anything else."""
+    suspect: tuple[RejectedRow, ...] = ()
+    """Rows held out that the model does not predict."""
 
     @property
     def too_few(self) -> bool:

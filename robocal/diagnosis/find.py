@@ -19,7 +19,7 @@ from robocal.identification.observations import Observations
 from robocal.identification.outliers import REJECT, REJECT_GROSS, is_settled
 from robocal.identification.solve import Solution
 
-FALSE_ALARM = 0.03
+FALSE_ALARM = 0.025
 """Chance that clean data have anything named; [1]"""
 MOST_OUTLYING = 0.08
 """Share of rows up to which they are outliers; more are an effect, such as all after a step; [1]"""

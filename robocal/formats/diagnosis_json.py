@@ -25,6 +25,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, object]:
         "effects": [_effect(named) for named in diagnosis.effects],
         "data_faults": _faults(diagnosis),
         "rejected_rows": [asdict(row) for row in diagnosis.unusable],
+        "suspect_held_out_rows": [asdict(row) for row in diagnosis.suspect],
         "depends_on": [
             {"covariate": found.covariate, "p_value": found.p_value}
             for found in diagnosis.depends_on

@@ -156,6 +156,8 @@ class Campaign(BaseModel):
     revision: int
     repeats: int
     settle_s: float
+    payload_kg: float | None = None
+    """What the robot carries beside its own links; null: not known."""
     seed: int
     parameters_version: int | None
     criterion: CriterionSettings | None = None

@@ -149,6 +149,7 @@ def shown(session: Session, row: CampaignRow) -> Campaign:
         revision=row.revision,
         repeats=row.repeats,
         settle_s=row.settle_s,
+        payload_kg=row.payload_kg,
         seed=row.seed,
         parameters_version=row.parameters_version,
         criterion=None

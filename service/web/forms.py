@@ -24,6 +24,7 @@ _UNITS = {
     "_deg_s": "°/s",
     "_deg_s2": "°/s²",
     "_s": "s",
+    "_kg": "kg",
 }
 
 Schema = dict[str, Any]
@@ -94,6 +95,7 @@ def campaign_fields(cells: Sequence[str]) -> tuple[Field, ...]:
             "poses": (),
             "repeats": (),
             "settle_s": (),
+            "payload_kg": (),
         },
         {"poses": str(SUGGESTED_POSES)},
     )
@@ -114,13 +116,14 @@ def _fields(
 def _field(schema: Schema, path: str, choices: tuple[str, ...], suggested: str | None) -> Field:
     own = _property(schema, path)
     numeric = own.get("type") in {"number", "integer"}
-    default = own.get("default", "")
+    default = own.get("default")
+    default = "" if default is None else default
     return Field(
         path=path,
         numeric=numeric,
         value=suggested or (f"{default:g}" if numeric and default != "" else str(default)),
         choices=tuple(str(choice) for choice in choices),
-        nullable=default is not None and {"type": "null"} in own.get("anyOf", []),
+        nullable=suggested is None and {"type": "null"} in own.get("anyOf", []),
         attributes=tuple(_attributes(own)),
     )
 

@@ -1,6 +1,7 @@
 """What `robocal diagnose` tells a person, at the terminal and in report.html."""
 
 import csv
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -55,9 +56,8 @@ def test_an_error_that_grew_is_told_as_so_much_more(told):
     assert change_text(Gain(1.0, 1.0 - fell, interval, 40)) == told
 
 
-@pytest.mark.parametrize("told", ON_THE_PAGE)
-def test_the_page_tells_it_alike(told):
-    fell, interval = ON_THE_PAGE[told]
+def on_the_page(fell=0.5, interval=(0.4, 0.6), asks=False, payload_kg=None) -> str:
+    """The diagnosis of a campaign without causes."""
     found = {
         "verdict": "Explained",
         "before": 0.1,
@@ -73,7 +73,19 @@ def test_the_page_tells_it_alike(told):
         "between": None,
         "hidden": [],
     }
-    campaign = SimpleNamespace(id=1, cell=None)
-    shown = {"found": found, "verdict": "explained", "plot": "", "plots": [], "asks": False}
-    answer = page("part_diagnosis.html", campaign=campaign, **shown)
-    assert told in bytes(answer.body).decode()
+    campaign = SimpleNamespace(id=1, cell="c1", payload_kg=payload_kg)
+    shown = {"found": found, "verdict": "explained", "plot": "", "plots": [], "asks": asks}
+    return bytes(page("part_diagnosis.html", campaign=campaign, **shown).body).decode()
+
+
+@pytest.mark.parametrize("told", ON_THE_PAGE)
+def test_the_page_tells_it_alike(told):
+    assert told in on_the_page(*ON_THE_PAGE[told])
+
+
+@pytest.mark.parametrize(("held", "value"), [(None, None), (0.0, "0"), (2.5, "2.5")])
+def test_the_page_asks_what_the_arm_holds_in_the_poses_that_follow(held, value):
+    (field,) = re.findall(
+        '<input id="follow-up-payload".*?>', on_the_page(asks=True, payload_kg=held)
+    )
+    assert re.findall('value="(.*?)"', field) == ([] if value is None else [value])

@@ -17,6 +17,7 @@ def test_a_verification_holds_what_its_calibration_held(client, database, stated
     assert client.post("campaigns", json=wanted).status_code == 202
     with database.read() as session:
         assert session.get_one(CampaignRow, 2).payload_kg == held
+    assert client.get("campaigns/2").json()["payload_kg"] == held
 
 
 def test_a_calibration_holds_what_it_states(client, database):

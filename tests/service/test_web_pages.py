@@ -80,9 +80,12 @@ def test_a_cell_names_its_instrument_in_the_language_of_the_page(site, client, c
     assert "laser tracker" in site.get("/parts/cells").text
 
 
-def test_only_the_floor_may_be_left_empty():
+def test_only_floor_and_payload_may_be_left_empty():
     fields = (*forms.cell_fields(), *forms.cell_detail_fields(), *forms.campaign_fields([]))
-    assert [field.path for field in fields if field.nullable] == ["limits.floor_mm"]
+    assert [field.path for field in fields if field.nullable] == [
+        "limits.floor_mm",
+        "payload_kg",
+    ]
 
 
 def test_every_input_has_a_label_and_every_hint_an_owner(site, cell):

@@ -152,6 +152,10 @@ WORDS: dict[str, str] = {
     "hint_poses": "A verification visits each pose twice: without and with compensation.",
     "field_repeats": "Repeats",
     "field_settle_s": "Settling time",
+    "field_payload_kg": "Payload",
+    "hint_payload_kg": (
+        "What the arm holds beside its own links. Empty: not known; a check takes its campaign's."
+    ),
     "choose": "Choose…",
     "choice_calibrate": "Calibrate: identify the robot",
     "choice_verify": "Verify: error before and after",
@@ -169,6 +173,7 @@ WORDS: dict[str, str] = {
     "state_aborted": "Aborted",
     "state_failed": "Failed",
     "created_at": "created {time}",
+    "payload_held": "payload {mass} kg",
     "settling": "settling {seconds} s",
     "seed": "seed {seed}",
     "progress": "Progress",

@@ -32,3 +32,10 @@ def test_a_wrong_row_among_those_held_out_is_named_and_counts(found):
 
 def test_good_rows_held_out_are_not_suspect(found):
     assert found(3)[1]["suspect_held_out_rows"] == []
+
+
+def test_an_error_that_stayed_is_not_shown_as_a_gain(found, tmp_path):
+    found(3)
+    report = (tmp_path / "out" / "report.html").read_text()
+    assert 'class="good"' not in report
+    assert 'class="bad"' not in report

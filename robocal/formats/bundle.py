@@ -12,6 +12,7 @@ from robocal.errors import BadInput
 from robocal.formats.budget_yaml import read_budget
 from robocal.formats.fields import Fields, read_fields
 from robocal.formats.measurements_csv import (
+    copied_rows,
     held_out_by_column,
     read_measurements,
     unusable_rows,
@@ -103,7 +104,8 @@ def read_bundle(folder: Path) -> Bundle:
     measurements, split = read_measurements(csv_path, robot)
     targets = _targets(campaign)
     lines = measurements.lines
-    reasons = {int(lines[row]): reason for row, reason in unusable_rows(measurements).items()}
+    by_row = copied_rows(measurements) | unusable_rows(measurements)
+    reasons = {int(lines[row]): reason for row, reason in by_row.items()}
     fixed = {name for name, target in targets.items() if target.fixed}
     reasons |= seen_once(measurements.rows(~np.isin(lines, list(reasons))), fixed)
     held_out = _held_out(campaign, measurements, split)

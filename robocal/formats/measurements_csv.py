@@ -226,6 +226,22 @@ def unusable_rows(measurements: MeasurementSet) -> dict[int, str]:
     return reasons
 
 
+def copied_rows(measurements: MeasurementSet) -> dict[int, str]:
+    """Row index and reason of every row that was pasted twice: it would count as measured twice.
+
+    Only rows with a time are known to be copies: a coarse instrument may repeat its reading.
+    """
+    parts = (measurements.joints, measurements.position, measurements.orientation)
+    cells = np.column_stack([measurements.time, measurements.distance, *parts])
+    reasons: dict[int, str] = {}
+    first: dict[tuple[str, bytes], int] = {}
+    for row in np.flatnonzero(np.isfinite(measurements.time)).tolist():
+        earlier = first.setdefault((measurements.target[row], cells[row].tobytes()), row)
+        if earlier != row:
+            reasons[row] = f"a copy of line {measurements.lines[earlier]}, with the same t_s"
+    return reasons
+
+
 def held_out_by_column(file: str, lines: Array, split: tuple[str, ...]) -> Bool[Array, "row"]:
     """Rows whose split is `check`.
 

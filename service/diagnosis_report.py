@@ -111,7 +111,7 @@ def _covariates(bundle: Bundle, found: Diagnosis) -> Covariates:
 
 
 def _not_used(found: Diagnosis) -> list[str]:
-    lines = not_used_lines((*found.unusable, *found.outliers)) + suspect_lines(found.suspect)
+    lines = suspect_lines(found.suspect) + not_used_lines((*found.outliers, *found.unusable))
     more = len(lines) - _MOST_ROWS
     return lines if more <= 0 else [*lines[:_MOST_ROWS], f"and {more} lines more: diagnosis.json"]
 

@@ -28,14 +28,14 @@ from robocal.diagnosis.find import MOST_OUTLYING, Steps, find_effects
 from robocal.diagnosis.gain import gain_of
 from robocal.diagnosis.joint_fit import JointFit, fit_jointly
 from robocal.diagnosis.judgeable_rows import judgeable
-from robocal.diagnosis.judged_again import suspect_rows
 from robocal.diagnosis.judged_effects import judge_effects
 from robocal.diagnosis.next_poses import split_causes
 from robocal.diagnosis.pure_error import pure_error
 from robocal.diagnosis.reference import Reference
 from robocal.diagnosis.step_sweep import STEPS
+from robocal.diagnosis.suspect import suspect_rows
 from robocal.diagnosis.target_distances import Targets
-from robocal.diagnosis.thinning import chosen_rows, evenly
+from robocal.diagnosis.thinning import evenly
 from robocal.diagnosis.unseen import Unseen, unseen
 from robocal.formats.bundle import Bundle, RejectedRow
 from robocal.frames import invert
@@ -95,19 +95,8 @@ def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
         judged = unseen(targets, solution.problem, steps)
         effects = judge_effects(targets, steps.fitted, judged, steps.geometric, steps.found)
     said = _diagnosis(bundle, targets, solution, steps, judged, effects, provenance)
-    suspect = _suspect(bundle, ready, targets, steps.found)
+    suspect = suspect_rows(bundle, ready, targets, solution, steps)
     return replace(said, slips=slips, hidden=(*rows.unrecorded, *said.hidden), suspect=suspect)
-
-
-def _suspect(
-    bundle: Bundle, ready: Prepared, targets: Targets, found: JointFit
-) -> tuple[RejectedRow, ...]:
-    """Among the rows held out."""
-    held_out = ready.rows.held_out
-    if not held_out.any():
-        return ()
-    rows = chosen_rows(np.flatnonzero(held_out), len(held_out))
-    return suspect_rows(found, ready.observe(bundle, held_out), targets.around.rows(rows))
 
 
 def _doubtful(effects: list[NamedEffect]) -> set[Instance]:

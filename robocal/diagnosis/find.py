@@ -104,8 +104,12 @@ def _choose(targets: Targets, solution: Solution, candidates: Int[Array, "row"])
 
 def _unpredicted(steps: Steps, candidates: Int[Array, "row"]) -> Bool[Array, "row"]:
     """The first row where a joint settles: nobody knows from where the arm came to it."""
-    settles = any(fitted.instance.effect == Settling.name for fitted in steps.found.effects)
-    return np.asarray((candidates == 0) & settles)
+    return np.asarray((candidates == 0) & settles(steps.found))
+
+
+def settles(found: JointFit) -> bool:
+    """Whether a joint settles in this model."""
+    return any(fitted.instance.effect == Settling.name for fitted in found.effects)
 
 
 def _belonging(

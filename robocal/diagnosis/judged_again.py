@@ -13,9 +13,8 @@ from numpy import ndarray as Array
 from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.joint_fit import JointFit
-from robocal.formats.bundle import RejectedRow
 from robocal.identification.observations import Observations
-from robocal.identification.outliers import RowScores, named_outliers, score_blocks
+from robocal.identification.outliers import RowScores, score_blocks
 from robocal.identification.problem import WhitenedBlock, whitened_blocks
 from robocal.identification.solve import scaled_inverse
 
@@ -34,7 +33,7 @@ def score_again(
     used
         Those that the model was fitted to.
     """
-    blocks = _blocks(found, measured, around)
+    blocks = blocks_of_rows(found, measured, around)
     # Of this very place: with the covariance of another a row's share in the fit may exceed one.
     information = np.diag(found.fit.precision)
     for block in blocks:
@@ -43,17 +42,10 @@ def score_again(
     return score_blocks(blocks, measured, scaled_inverse(information), used)
 
 
-def suspect_rows(
+def blocks_of_rows(
     found: JointFit, measured: Observations, around: Circumstances
-) -> tuple[RejectedRow, ...]:
-    """Rows that no fit has seen and that the model does not predict; they count all the same."""
-    none = np.zeros(len(measured), dtype=bool)
-    blocks = _blocks(found, measured, around)
-    scores = score_blocks(blocks, measured, found.covariance, none, found.scale)
-    return named_outliers(around.lines, scores, scores.outlying)
-
-
-def _blocks(found: JointFit, measured: Observations, around: Circumstances) -> list[WhitenedBlock]:
+) -> list[WhitenedBlock]:
+    """Whitened rows by the unknowns of the joint fit, less what the effects add."""
     everything = np.arange(len(found.cell.names))
     blocks = whitened_blocks(found.cell, measured, everything)
     return [_with_effects(block, found, around) for block in blocks]

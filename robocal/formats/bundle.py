@@ -11,13 +11,9 @@ from numpy import ndarray as Array
 from robocal.errors import BadInput
 from robocal.formats.budget_yaml import read_budget
 from robocal.formats.fields import Fields, read_fields
-from robocal.formats.measurements_csv import (
-    copied_rows,
-    held_out_by_column,
-    read_measurements,
-    unusable_rows,
-)
+from robocal.formats.measurements_csv import held_out_by_column, read_measurements
 from robocal.formats.robot_yaml import plain_file_name, read_frame, read_robot
+from robocal.formats.unusable_rows import copied_rows, unusable_rows
 from robocal.identification.priors import Choices, own_prior
 from robocal.identification.station_drift import seen_once
 from robocal.instrument import InstrumentNoise

@@ -205,43 +205,6 @@ def _pose_numbers(table: Table, joints: Float[Array, "row joint"]) -> Array:
     return numbers.astype(int)
 
 
-def unusable_rows(measurements: MeasurementSet) -> dict[int, str]:
-    """Row index and reason of every row that no fit can use."""
-    reasons: dict[int, str] = {}
-    no_joints = np.isnan(measurements.joints).any(axis=1)
-    parts = np.isfinite(measurements.position).sum(axis=1)
-    nothing = (parts == 0) & np.isnan(measurements.distance)
-    torn = (parts > 0) & (parts < 3)
-    turned = np.isfinite(measurements.orientation).sum(axis=1)
-    half_turned = (turned > 0) & (turned < 4)
-    for row in np.flatnonzero(no_joints | nothing | torn | half_turned):
-        if no_joints[row]:
-            reasons[int(row)] = "a joint reading is missing"
-        elif nothing[row]:
-            reasons[int(row)] = "neither position nor distance"
-        elif torn[row]:
-            reasons[int(row)] = "a coordinate of the position is missing"
-        else:
-            reasons[int(row)] = "a part of the quaternion is missing"
-    return reasons
-
-
-def copied_rows(measurements: MeasurementSet) -> dict[int, str]:
-    """Row index and reason of every row that was pasted twice: it would count as measured twice.
-
-    Only rows with a time are known to be copies: a coarse instrument may repeat its reading.
-    """
-    parts = (measurements.joints, measurements.position, measurements.orientation)
-    cells = np.column_stack([measurements.time, measurements.distance, *parts])
-    reasons: dict[int, str] = {}
-    first: dict[tuple[str, bytes], int] = {}
-    for row in np.flatnonzero(np.isfinite(measurements.time)).tolist():
-        earlier = first.setdefault((measurements.target[row], cells[row].tobytes()), row)
-        if earlier != row:
-            reasons[row] = f"a copy of line {measurements.lines[earlier]}, with the same t_s"
-    return reasons
-
-
 def held_out_by_column(file: str, lines: Array, split: tuple[str, ...]) -> Bool[Array, "row"]:
     """Rows whose split is `check`.
 

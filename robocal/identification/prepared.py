@@ -65,6 +65,7 @@ def prepare(bundle: Bundle, choices: Choices) -> Prepared:
         name for name, target in bundle.targets.items() if name in seen and not target.fixed
     )
     fit_rows = observations(rows.fit_rows, bundle.instrument, place_names)
+    _refuse_unpredicted_lengths(rows, fit_rows)
     start = _start(bundle, fit_rows, place_names, choices)
     _refuse_too_few(bundle, fit_rows, start, choices)
     choices = _with_known_places(bundle, choices, place_names)
@@ -73,6 +74,17 @@ def prepare(bundle: Bundle, choices: Choices) -> Prepared:
         choices = replace(choices, fixed=choices.fixed | anchor)
     choices.check(start.names)
     return Prepared(rows, place_names, start, choices, drift)
+
+
+def _refuse_unpredicted_lengths(rows: MeasurementSet, fit_rows: Observations) -> None:
+    """Lengths are held out, but none is fitted: where they are measured from is not known."""
+    lengths = rows.held_out & np.isfinite(rows.distance)
+    if lengths.any() and not fit_rows.has_distance:
+        raise BadInput(
+            f"measurements.csv line {rows.lines[np.argmax(lengths)]}",
+            "distance_mm is held out, but no row with distance_mm is fitted, so where lengths are "
+            "measured from stays unknown; fit some of these rows, or leave them out",
+        )
 
 
 def _start(

@@ -45,7 +45,8 @@ def aim(session: Session, row: CampaignRow, wanted: NewCampaign) -> FollowUpPose
     Conflict
         If that campaign has no open question, or cannot be pooled with.
     Unusable
-        If the request does not say which campaign it follows.
+        If the request does not say which campaign it follows, or states a payload where that
+        campaign has none.
     """
     if wanted.follows is None:
         raise Unusable("body follows: give the number of the campaign whose diagnosis it is about.")
@@ -57,6 +58,11 @@ def aim(session: Session, row: CampaignRow, wanted: NewCampaign) -> FollowUpPose
         )
     if len(lineage(session, before)) >= MOST_CAMPAIGNS:
         raise Conflict(f"Campaign {before.id} ends a chain of {MOST_CAMPAIGNS} follow-ups already.")
+    if wanted.payload_kg is not None and before.payload_kg is None:
+        raise Unusable(
+            f"body payload_kg: campaign {before.id} does not state what the arm held, so what "
+            "another payload changes cannot be told. Leave it out, or calibrate with payload_kg."
+        )
     row.follows = before.id
     row.rounds = wanted.rounds or 1
     if isinstance(wanted.poses, list):

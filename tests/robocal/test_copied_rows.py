@@ -31,7 +31,7 @@ def test_rows_pasted_twice_are_named_and_change_nothing(bundle, call, tmp_path):
     document = json.loads((tmp_path / "after" / "diagnosis.json").read_text())
     copies = [row for row in document["rejected_rows"] if row["line"] > length]
     assert len(copies) == 30
-    assert copies[0]["reason"] == "a copy of line 2, with the same t_s"
+    assert copies[0]["reason"] == "a copy of an earlier row, with the same t_s"
     assert "geometry alone explains" in before
 
 
@@ -46,3 +46,30 @@ def test_an_equal_reading_at_another_moment_is_a_repeat(bundle):
     alone = len(read_bundle(bundle).measurements)
     pasted(bundle, later)
     assert len(read_bundle(bundle).measurements) == alone + 30
+
+
+def test_a_row_that_says_more_than_its_copy_is_kept(bundle):
+    place = (bundle / "measurements.csv").read_text().splitlines()[0].split(",").index("payload_kg")
+
+    def emptied(line):
+        cells = line.split(",")
+        cells[place] = ""
+        return ",".join(cells)
+
+    pasted(bundle, emptied)
+    assert not [row for row in read_bundle(bundle).rejected if "copy" in row.reason]
+
+
+def test_equal_readings_are_repeats_where_times_tell_nothing(bundle):
+    path = bundle / "measurements.csv"
+    lines = path.read_text().splitlines()
+    place = lines[0].split(",").index("t_s")
+
+    def at_noon(line):
+        cells = line.split(",")
+        cells[place] = "0"
+        return ",".join(cells)
+
+    path.write_text("\n".join([lines[0], *map(at_noon, lines[1:])]) + "\n")
+    pasted(bundle)
+    assert read_bundle(bundle).rejected == ()

@@ -26,3 +26,14 @@ def test_a_calibration_holds_what_it_states(client, database):
     client.post("campaigns", json={"cell": "c1", "kind": "calibrate", "poses": 8})
     with database.read() as session:
         assert session.get_one(CampaignRow, 1).payload_kg is None
+
+
+def test_a_follow_up_cannot_be_compared_with_a_campaign_that_states_no_payload(client, database):
+    assert client.post("cells", json=CELL).status_code == 201
+    client.post("cells/c1/arm")
+    client.post("campaigns", json={"cell": "c1", "kind": "calibrate", "poses": 8})
+    identify_again(database)
+    wanted = {"cell": "c1", "kind": "follow_up", "follows": 1, "payload_kg": 5.0}
+    answer = client.post("campaigns", json=wanted)
+    assert answer.status_code == 422
+    assert "campaign 1 does not state what the arm held" in answer.json()["detail"]

@@ -17,13 +17,13 @@ async function followUp(event) {
   const refusal = document.getElementById("follow-up-refusal");
   refusal.hidden = true;
   const payload = document.getElementById("follow-up-payload");
-  if (!payload.reportValidity()) return;
+  if (payload && !payload.reportValidity()) return;
   const question = say("arm_question", { cell });
   if (!(await confirmed(question, say("follow_up_warning"), say("follow_up_confirm")))) return;
   try {
     await post(`/api/v1/cells/${cell}/arm`);
     const wanted = { cell, kind: "follow_up", follows: Number(campaign), rounds: ROUNDS };
-    if (payload.value) wanted.payload_kg = Number(payload.value);
+    if (payload?.value) wanted.payload_kg = Number(payload.value);
     const started = await post("/api/v1/campaigns", { json: wanted });
     location.assign(`/campaigns/${started.id}`);
   } catch (error) {

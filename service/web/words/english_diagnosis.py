@@ -29,7 +29,8 @@ ENGLISH_DIAGNOSIS: dict[str, str] = {
     "measure_follow_up": "Measure the poses that tell them apart",
     "follow_up_payload": "Payload in these poses",
     "hint_follow_up_payload": (
-        "What a payload does shows where another one is held, all through these poses."
+        "What a payload does shows where another one is held, all through these poses. Empty: as "
+        "before."
     ),
     "follow_up_warning": (
         "The robot drives the poses that the diagnosis asks for, in up to three rounds, until the "

@@ -1,6 +1,10 @@
 """Still joints, few rows, one wrong row: what no cause explains is told for what it is."""
 
+import json
+
 import pytest
+
+from tests.robocal.diagnosis.hidden_cases import run_diagnose, write_cases
 
 
 @pytest.mark.parametrize("seed", [2, 4])
@@ -39,3 +43,21 @@ def test_an_error_that_stayed_is_not_shown_as_a_gain(found, tmp_path):
     report = (tmp_path / "out" / "report.html").read_text()
     assert 'class="good"' not in report
     assert 'class="bad"' not in report
+
+
+def test_rows_held_out_where_a_step_lies_somewhere_are_not_suspect(call, tmp_path):
+    case = ("--kind", "one", "--effect", "base_step", "--seed", "11")
+    bundle = write_cases(tmp_path / "cases", *case) / "0000"
+    run_diagnose(call, bundle, tmp_path / "out")
+    (step,) = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["effects"]
+    lines = (bundle / "measurements.csv").read_text().splitlines()
+    split = lines[0].split(",").index("split")
+    for number in range(int(step["line"]) - 4, int(step["line"]) + 4):
+        cells = lines[number - 1].split(",")
+        cells[split] = "check"
+        lines[number - 1] = ",".join(cells)
+    (bundle / "measurements.csv").write_text("\n".join(lines) + "\n")
+    run_diagnose(call, bundle, tmp_path / "out")
+    document = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert document["effects"][0]["effect"] == "base_step"
+    assert document["suspect_held_out_rows"] == []

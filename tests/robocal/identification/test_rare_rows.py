@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robocal.errors import BadInput
 from robocal.formats.bundle import Target, read_bundle
 from robocal.frames import xyz_ypr_from_frame
 from robocal.identification.observations import REPRESENTATIVES, position_rows
@@ -86,3 +87,14 @@ def test_nothing_but_the_answer_is_printed_where_numbers_are_few(tmp_path):
     command = [sys.executable, "-c", entry, "identify", tmp_path, "--out", tmp_path / "out"]
     printed = subprocess.run([*command, "--json"], capture_output=True, check=True).stdout
     assert json.loads(printed)["rank"] <= 27
+
+
+def test_lengths_held_out_where_none_is_fitted_are_refused(tmp_path, identified):
+    bundle, _, _ = measured(tmp_path, "ur10e", 3, 60, full_pose=False)
+    rows = bundle.measurements
+    held_out = np.arange(len(rows)) % 4 == 3
+    position = np.where(held_out[:, None], np.nan, rows.position)
+    distance = np.where(held_out, 2.0, np.nan)
+    lengths = replace(rows, position=position, distance=distance, held_out=held_out)
+    with pytest.raises(BadInput, match="line 5: distance_mm is held out, but no row with"):
+        identified(replace(bundle, measurements=lengths))

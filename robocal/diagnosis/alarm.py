@@ -14,24 +14,18 @@ from numpy import ndarray as Array
 from robocal.diagnosis.circumstances import Circumstances
 from robocal.diagnosis.group import Group
 from robocal.diagnosis.linearised import Linearised
-from robocal.diagnosis.screen import screen
+from robocal.diagnosis.screen import evidence_by_name, screen
 from robocal.progress import tell
 
-_CLEARNESS = 7.0
+CLEARNESS = 7.0
 """Weight of the best name's share; 5 to 10 serve about as well; [1]"""
 
 
 def named_evidence(groups: list[Group]) -> Float[Array, "residual"]:
     """Log evidence for one cause against nothing more, less what it lacks of a clear name."""
-    names: dict[tuple[str, int | None], list[Float[Array, "candidate residual"]]] = {}
-    for group in groups:
-        names.setdefault((group.effect, group.joint), []).append(group.weighted)
-    each = np.stack([
-        np.logaddexp.reduce(np.concatenate(weighted), axis=0) for weighted in names.values()
-    ])
+    each = np.stack(list(evidence_by_name(groups).values()))
     total = np.logaddexp.reduce(each, axis=0)
-    n_families = len({effect for effect, _ in names})
-    return np.asarray(total - np.log(n_families) + _CLEARNESS * (each.max(axis=0) - total))
+    return np.asarray(total + CLEARNESS * (each.max(axis=0) - total))
 
 
 def null_threshold(

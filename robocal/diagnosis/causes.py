@@ -11,7 +11,7 @@ from robocal.diagnosis.evidence import log_sum_exp
 from robocal.diagnosis.group import Group
 from robocal.diagnosis.linearised import Linearised
 from robocal.diagnosis.refine import refine
-from robocal.diagnosis.screen import screen
+from robocal.diagnosis.screen import evidence_by_name, screen
 from robocal.diagnosis.unlisted import Block, Unlisted, weigh
 
 P_NONE = 0.5
@@ -87,17 +87,13 @@ def name_cause(rows: Circumstances, rest: Linearised, beside: Sequence[Block] = 
         What causes outside the catalogue may look like, with the columns of `rest`.
     """
     groups = screen(rows, rest, rest.r[:, None])
-    n_families = len({group.effect for group in groups})
-    strengths: dict[tuple[str, int | None], list[float]] = {}
     best: dict[tuple[str, int | None], tuple[float, Group, int]] = {}
     for group in groups:
         weighted = group.weighted[:, 0]
-        key = (group.effect, group.joint)
-        strengths.setdefault(key, []).append(log_sum_exp(weighted) - np.log(n_families))
-        top = int(np.argmax(weighted))
+        key, top = (group.effect, group.joint), int(np.argmax(weighted))
         if key not in best or weighted[top] > best[key][0]:
             best[key] = (float(weighted[top]), group, top)
-    logs = {key: log_sum_exp(np.array(values)) for key, values in strengths.items()}
+    logs = {key: float(evidence[0]) for key, evidence in evidence_by_name(groups).items()}
     odds = np.log((1.0 - P_NONE) / P_NONE)
     outside = weigh(beside, rest)
     everything = np.array([

@@ -1,6 +1,5 @@
 """From a bundle to the cause: show, name, say how sure, extend, measure the gain, ask for data."""
 
-from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -12,9 +11,8 @@ from robocal.calibrated import CalibratedRobot, Provenance
 from robocal.data_faults.search import find_slips
 from robocal.data_faults.slip import mend_whichever
 from robocal.diagnosis.catalogue import EFFECTS
-from robocal.diagnosis.causes import STATED, UNLISTED
+from robocal.diagnosis.causes import STATED
 from robocal.diagnosis.circumstances import Circumstances, circumstances
-from robocal.diagnosis.covariates import SIGNIFICANT, Dependence, dependences
 from robocal.diagnosis.diagnosis import (
     Diagnosis,
     NamedEffect,
@@ -32,10 +30,9 @@ from robocal.diagnosis.judged_effects import judge_effects
 from robocal.diagnosis.next_poses import split_causes
 from robocal.diagnosis.pure_error import pure_error
 from robocal.diagnosis.reference import Reference
-from robocal.diagnosis.step_sweep import STEPS
+from robocal.diagnosis.remaining import depends_on
 from robocal.diagnosis.suspect import suspect_rows
 from robocal.diagnosis.target_distances import Targets
-from robocal.diagnosis.thinning import evenly
 from robocal.diagnosis.unseen import Unseen, unseen
 from robocal.formats.bundle import Bundle, RejectedRow
 from robocal.frames import invert
@@ -49,10 +46,6 @@ from robocal.identification.solve import Solution, frames_alone, solve, solve_wi
 _DOUBTFUL = 0.5
 """Probability of a name below which it has to gain on left-out blocks, and of nothing being there
 above which the effect goes; [1]"""
-_MOST_STEPS = 2
-"""Steps of one kind up to which each is what it seems, such as a nest that slips twice; [1]"""
-_MOST_DEPENDENT = 2000
-"""Rows that the covariates are tried on; more are thinned out evenly; [1]"""
 
 
 def diagnose(bundle: Bundle, provenance: Provenance) -> Diagnosis:
@@ -147,7 +140,7 @@ def _diagnosis(
     measured = targets.measured
     held_out, lines = measured.held_out, measured.lines[~measured.held_out]
     before, after = targets.with_all(geometric), targets.with_all(found)
-    depends = _once((*_outside(effects), *_dependences(solution, rows, found)))
+    depends = depends_on(solution.problem, rows, found, effects)
     fitted = solution.problem.rows
     adequacy = judge(found.chi_square, found.nu, fitted.n_scalars / len(fitted))
     return Diagnosis(
@@ -177,38 +170,6 @@ def _by_line(*rows: RejectedRow) -> tuple[RejectedRow, ...]:
 def _unpredicted(lines: Int[Array, "row"], steps: Steps) -> tuple[RejectedRow, ...]:
     reason = "a joint may settle, and from where the arm came to the first row is not known"
     return tuple(RejectedRow(int(line), reason) for line in lines[steps.unpredicted])
-
-
-def _dependences(
-    solution: Solution, rows: Circumstances, found: JointFit
-) -> tuple[Dependence, ...]:
-    """What is left depends on; many steps of one kind are no answer but a sign of some drift.
-
-    So the covariates are tried without them.
-    """
-    steps = Counter((f.instance.effect, f.instance.joint) for f in found.effects)
-    chain = [key for key, count in steps.items() if key[0] in STEPS and count > _MOST_STEPS]
-    if chain:
-        rest = tuple(
-            f.instance for f in found.effects if (f.instance.effect, f.instance.joint) not in chain
-        )
-        found = fit_jointly(solution.problem, found.cell, rows, rest, found.effects)
-    few = evenly(len(rows), _MOST_DEPENDENT)
-    depends = dependences(rows.rows(few), found.judged.some_rows(few))
-    return tuple(dependence for dependence in depends if dependence.p_value < SIGNIFICANT)
-
-
-def _outside(effects: list[NamedEffect]) -> list[Dependence]:
-    """What the causes go with that most probably are outside the catalogue."""
-    moved_by = [e.naming.moved_by for e in effects if e.naming.unlisted > UNLISTED]
-    return [Dependence(one.covariate, one.p_value) for one in moved_by if one is not None]
-
-
-def _once(depends: tuple[Dependence, ...]) -> tuple[Dependence, ...]:
-    """Every covariate once, the strongest first."""
-    ordered = sorted(depends, key=lambda dependence: dependence.p_value)
-    strongest = {dependence.covariate: dependence for dependence in reversed(ordered)}
-    return tuple(sorted(strongest.values(), key=lambda dependence: dependence.p_value))
 
 
 def _verdict(found: JointFit, *, adequate: bool) -> Verdict:

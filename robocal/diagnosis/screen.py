@@ -41,6 +41,7 @@ def screen(
         for group in sweep_orders(rows, fit, residuals)
     ]
     groups = [of_all_sizes(group) for group in (*few, *steps, *orders)]
+    # Rows that show nothing at all leave every candidate as probable as nothing.
     return _shared_over_joints([group for group in groups if _shows(group)] or groups)
 
 
@@ -111,3 +112,17 @@ def _shared_over_joints(groups: list[Group]) -> list[Group]:
         )
         for group in groups
     ]
+
+
+def evidence_by_name(
+    groups: list[Group],
+) -> dict[tuple[str, int | None], Float[Array, "residual"]]:
+    """Log evidence of every effect and joint against nothing more, families being as probable."""
+    n_families = len({group.effect for group in groups})
+    names: dict[tuple[str, int | None], list[Float[Array, "candidate residual"]]] = {}
+    for group in groups:
+        names.setdefault((group.effect, group.joint), []).append(group.weighted)
+    return {
+        name: np.logaddexp.reduce(np.concatenate(weighted), axis=0) - np.log(n_families)
+        for name, weighted in names.items()
+    }

@@ -20,12 +20,13 @@ from pathlib import Path
 
 import numpy as np
 
+from robocal.diagnosis.alarm import CLEARNESS
 from tests.blind.trials import ROBOTS, workers
 from tests.studies.detection_bound import ALARMS, DRAWS
 from tests.studies.drawn_effects import Place, likelihoods, place
 
-CLEARNESS = {"the best test": 0.0, "an alarm that wants a clear name": 7.0}
-"""Weight of the best name's share in what raises the alarm; [1]"""
+WEIGHTS = {"the best test": 0.0, "an alarm that wants a clear name": CLEARNESS}
+"""Weight of the best name's share in what raises each; [1]"""
 
 
 def named(at: Place, seed: int, clearness: float = 0.0) -> tuple[float, float]:
@@ -73,7 +74,7 @@ def one_place(
 ) -> list[tuple[float, float]]:
     """Both shares of both alarms at one arm and campaign."""
     at = place(robot, seed, index, effects, kind)
-    return [named(at, index, clearness) for clearness in CLEARNESS.values()]
+    return [named(at, index, clearness) for clearness in WEIGHTS.values()]
 
 
 def report(seed: int, places: int, effects: int, kind: str) -> Iterator[str]:
@@ -83,7 +84,7 @@ def report(seed: int, places: int, effects: int, kind: str) -> Iterator[str]:
         given = ([seed] * places, range(places), [effects] * places, [kind] * places)
         shares = 100 * np.array(list(pool.map(one_place, robots, *given)))
     mean, error = shares.mean(axis=0), shares.std(axis=0, ddof=1) / places**0.5
-    for alarm, (most, least), (wide, narrow) in zip(CLEARNESS, mean, error, strict=True):
+    for alarm, (most, least), (wide, narrow) in zip(WEIGHTS, mean, error, strict=True):
         yield (
             f"{kind}: the best namer names {least:.1f} ± {narrow:.1f} % to {most:.1f} ± "
             f"{wide:.1f} % of what {alarm} detects right"

@@ -12,6 +12,7 @@ from service.campaigns.results import ResultKind
 from service.db.models import ResultFileRow
 from service.dependencies import DatabaseDependency, RowNumber
 from service.errors import NotFound
+from service.web import forms
 from service.web.rendering import page
 
 router = APIRouter(include_in_schema=False)
@@ -41,4 +42,6 @@ def diagnosis_part(number: RowNumber, database: DatabaseDependency) -> HTMLRespo
         plot=Markup(parts["plot"]),
         plots=[Markup(plot) for plot in parts["plots"]],
         asks=document["next_poses"] is not None and shown.cell is not None,
+        # Another payload tells nothing where it is not known what was held before.
+        payload=None if shown.payload_kg is None else forms.payload_field(shown.payload_kg),
     )

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pydantic import BaseModel
@@ -99,6 +99,12 @@ def campaign_fields(cells: Sequence[str]) -> tuple[Field, ...]:
         },
         {"poses": str(SUGGESTED_POSES)},
     )
+
+
+def payload_field(held: float) -> Field:
+    """What the arm holds in a follow-up, beginning with what it held."""
+    (field,) = _fields(NewCampaign, {"payload_kg": ()})
+    return replace(field, value=f"{held:g}")
 
 
 def _fields(

@@ -9,6 +9,7 @@ import pytest
 
 from robocal.diagnosis.gain import Gain
 from service.report_lines import change_text
+from service.web.forms import payload_field
 from service.web.rendering import page
 
 CHANGES = {
@@ -73,9 +74,11 @@ def on_the_page(fell=0.5, interval=(0.4, 0.6), asks=False, payload_kg=None) -> s
         "between": None,
         "hidden": [],
     }
-    campaign = SimpleNamespace(id=1, cell="c1", payload_kg=payload_kg)
+    campaign = SimpleNamespace(id=1, cell="c1")
+    payload = None if payload_kg is None else payload_field(payload_kg)
     shown = {"found": found, "verdict": "explained", "plot": "", "plots": [], "asks": asks}
-    return bytes(page("part_diagnosis.html", campaign=campaign, **shown).body).decode()
+    answer = page("part_diagnosis.html", campaign=campaign, payload=payload, **shown)
+    return bytes(answer.body).decode()
 
 
 @pytest.mark.parametrize("told", ON_THE_PAGE)
@@ -86,7 +89,7 @@ def test_the_page_tells_it_alike(told):
 @pytest.mark.parametrize(("held", "value"), [(0.0, "0"), (2.5, "2.5")])
 def test_the_page_asks_what_the_arm_holds_in_the_poses_that_follow(held, value):
     shown = on_the_page(asks=True, payload_kg=held)
-    (field,) = re.findall('<input id="follow-up-payload".*?>', shown)
+    (field,) = re.findall('<input id="follow-up-payload_kg".*?>', shown, re.DOTALL)
     assert re.findall('value="(.*?)"', field) == [value]
 
 

@@ -16,7 +16,7 @@ async function followUp(event) {
   const { cell, campaign } = event.currentTarget.dataset;
   const refusal = document.getElementById("follow-up-refusal");
   refusal.hidden = true;
-  const payload = document.getElementById("follow-up-payload");
+  const payload = document.getElementById("follow-up-payload_kg");
   if (payload && !payload.reportValidity()) return;
   const question = say("arm_question", { cell });
   if (!(await confirmed(question, say("follow_up_warning"), say("follow_up_confirm")))) return;

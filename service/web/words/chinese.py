@@ -143,7 +143,9 @@ CHINESE: dict[str, str] = {
     "field_repeats": "重复次数",
     "field_settle_s": "稳定时间",
     "field_payload_kg": "负载",
-    "hint_payload_kg": "除自身连杆外机械臂所持的质量。留空：未知；检查沿用其测量任务的值。",
+    "hint_payload_kg": (
+        "除自身连杆外机械臂所持的质量。留空：与所跟随或检查的测量任务相同，否则未知。"
+    ),
     "choose": "请选择…",
     "choice_calibrate": "标定：辨识机器人",
     "choice_verify": "验证：补偿前后的误差",

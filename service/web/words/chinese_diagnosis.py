@@ -27,8 +27,6 @@ CHINESE_DIAGNOSIS: dict[str, str] = {
     "cannot_tell": "这些数据无法区分 {one} 与 {other}。",
     "or_else": "或者：{word}。",
     "measure_follow_up": "测量能区分它们的位姿",
-    "follow_up_payload": "这些位姿的负载",
-    "hint_follow_up_payload": "整个测量中改持另一负载，才能看出负载的影响。留空：与之前相同。",
     "follow_up_warning": (
         "机器人将运动到诊断所要求的位姿，最多三轮，直到原因以 95 % 的概率确定。请先到单元旁查看："
         "围栏内无人，无障碍物，靶标已固定，急停按钮触手可及。本页面不是安全装置。"

@@ -154,7 +154,8 @@ WORDS: dict[str, str] = {
     "field_settle_s": "Settling time",
     "field_payload_kg": "Payload",
     "hint_payload_kg": (
-        "What the arm holds beside its own links. Empty: not known; a check takes its campaign's."
+        "What the arm holds beside its own links. Empty: as in the campaign that this one follows "
+        "or checks, else not known."
     ),
     "choose": "Choose…",
     "choice_calibrate": "Calibrate: identify the robot",

@@ -27,11 +27,6 @@ ENGLISH_DIAGNOSIS: dict[str, str] = {
     "cannot_tell": "These data cannot tell {one} from {other}.",
     "or_else": "Or else: {word}.",
     "measure_follow_up": "Measure the poses that tell them apart",
-    "follow_up_payload": "Payload in these poses",
-    "hint_follow_up_payload": (
-        "What a payload does shows where another one is held, all through these poses. Empty: as "
-        "before."
-    ),
     "follow_up_warning": (
         "The robot drives the poses that the diagnosis asks for, in up to three rounds, until the "
         "cause is named at 95 %. Go and look at the cell first: nobody inside the fence, nothing "

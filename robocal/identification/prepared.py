@@ -16,7 +16,12 @@ from robocal.identification.lengths_start import locate_anchor, start_from_lengt
 from robocal.identification.observations import Observations, observations
 from robocal.identification.priors import Choices
 from robocal.identification.problem import residuals
-from robocal.identification.solve import frames_rank, full_rank
+from robocal.identification.refusals import (
+    refuse_too_few,
+    refuse_unknown_targets,
+    refuse_unpredicted_lengths,
+    refuse_unpredicted_nests,
+)
 from robocal.identification.station_drift import StationDrift, find_drift, remove_drift
 from robocal.kinematics.model import FRAME_PARAMETERS
 from robocal.measurements import MeasurementSet
@@ -57,7 +62,7 @@ def prepare(bundle: Bundle, choices: Choices) -> Prepared:
         if drift is not None and drift.significant:
             rows = remove_drift(rows, drift)
         rows = rows.rows(~of_fixed)
-    _refuse_unknown_targets(bundle)
+    refuse_unknown_targets(bundle)
     if not len(rows.fit_rows):
         raise BadInput("measurements.csv", "no row is left to fit: all are held out or of nests")
     seen = {name for name in rows.target if name}
@@ -65,26 +70,16 @@ def prepare(bundle: Bundle, choices: Choices) -> Prepared:
         name for name, target in bundle.targets.items() if name in seen and not target.fixed
     )
     fit_rows = observations(rows.fit_rows, bundle.instrument, place_names)
-    _refuse_unpredicted_lengths(rows, fit_rows)
+    refuse_unpredicted_lengths(rows, fit_rows)
+    refuse_unpredicted_nests(bundle, rows)
     start = _start(bundle, fit_rows, place_names, choices)
-    _refuse_too_few(bundle, fit_rows, start, choices)
+    refuse_too_few(bundle, fit_rows, start, choices)
     choices = _with_known_places(bundle, choices, place_names)
     if not fit_rows.has_position and fit_rows.has_distance:
         anchor = frozenset(f"anchor_{axis}" for axis in AXES)
         choices = replace(choices, fixed=choices.fixed | anchor)
     choices.check(start.names)
     return Prepared(rows, place_names, start, choices, drift)
-
-
-def _refuse_unpredicted_lengths(rows: MeasurementSet, fit_rows: Observations) -> None:
-    """Lengths are held out, but none is fitted: where they are measured from is not known."""
-    lengths = rows.held_out & np.isfinite(rows.distance)
-    if lengths.any() and not fit_rows.has_distance:
-        raise BadInput(
-            f"measurements.csv line {rows.lines[np.argmax(lengths)]}",
-            "distance_mm is held out, but no row with distance_mm is fitted, so where lengths are "
-            "measured from stays unknown; fit some of these rows, or leave them out",
-        )
 
 
 def _start(
@@ -217,33 +212,3 @@ def _with_known_places(bundle: Bundle, choices: Choices, place_names: tuple[str,
     ]
     asked = choices.free | choices.prior_std.keys()
     return replace(choices, fixed=choices.fixed | (frozenset(known) - asked))
-
-
-def _refuse_unknown_targets(bundle: Bundle) -> None:
-    rows = bundle.measurements
-    for line, target in zip(rows.lines, rows.target, strict=True):
-        if target and target not in bundle.targets:
-            known = ", ".join(bundle.targets) or "none"
-            raise BadInput(
-                f"measurements.csv line {line}",
-                f"target '{target}' is not listed in campaign.yaml (listed: {known})",
-            )
-
-
-def _refuse_too_few(bundle: Bundle, rows: Observations, start: CellModel, choices: Choices) -> None:
-    wanted = full_rank(start, rows)
-    links = start.names[: 5 * start.geometry.n_joints]
-    n_fixed = sum(name in choices.fixed for name in links)
-    if n_fixed:
-        wanted = min(wanted, len(links) - n_fixed + frames_rank(start, rows))
-    _, first = np.unique(np.round(rows.joints, 6), axis=0, return_index=True)
-    different = int(rows.scalars_of_row[first].sum()) * max(len(start.place_names), 1)
-    if min(rows.n_scalars, different) < wanted:
-        least = -(-wanted * len(rows) // max(rows.n_scalars, 1))
-        raise BadInput(
-            f"measurements.csv lines {bundle.measurements.lines[0]} to "
-            f"{bundle.measurements.lines[-1]}",
-            f"{len(rows)} rows to fit, {len(first)} different poses among them, give "
-            f"{min(rows.n_scalars, different)} numbers for {wanted} parameters; "
-            f"measure at least {least} different poses besides those held out",
-        )

@@ -98,3 +98,21 @@ def test_lengths_held_out_where_none_is_fitted_are_refused(tmp_path, identified)
     lengths = replace(rows, position=position, distance=distance, held_out=held_out)
     with pytest.raises(BadInput, match="line 5: distance_mm is held out, but no row with"):
         identified(replace(bundle, measurements=lengths))
+
+
+def test_a_nest_of_which_all_rows_are_held_out_is_refused_unless_its_place_is_stated(
+    tmp_path, identified
+):
+    bundle, cell, _ = measured(tmp_path, "ur10e", 3, 80, full_pose=False)
+    places = np.random.default_rng(3).normal(size=(3, 3)) * 0.08 + [0.0, 0.0, 0.1]
+    bundle = with_nests(bundle, cell, places, 5, SIGMA)
+    rows = bundle.measurements
+    held_out = np.array([name == "n2" for name in rows.target])
+    bundle = replace(bundle, measurements=replace(rows, held_out=held_out))
+    line = rows.lines[np.argmax(held_out)]
+    with pytest.raises(BadInput, match=f"line {line}: a row of nest 'n2' is held out"):
+        identified(bundle)
+    known = Target(tuple(places[1].tolist()), fixed=False)
+    result = identified(replace(bundle, targets={**bundle.targets, "n2": known}))
+    # The place is stated from the flange, of which the other nests know no better than link 6 is.
+    assert result.held_out.position_rms < 2e-3

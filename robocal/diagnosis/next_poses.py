@@ -38,6 +38,7 @@ NOTHING = "nothing"
 """What a cause is split from where the data hardly show it."""
 _LATER = 0.05
 """When the poses will be measured, after the end, as a share of the campaign; [1]"""
+_HARDLY_SEEN = "measure more poses, or each of them several times: the effect hardly stands out"
 
 _SPLITS: dict[frozenset[str], str] = {
     frozenset({"joint_compliance", "payload_compliance"}): (
@@ -94,15 +95,14 @@ def split_causes(
         around.approach[chosen],
         payload[chosen],
         (stated[0].title, rival),
-        _words(stated[:2]),
+        (_HARDLY_SEEN,) if rival == NOTHING else _words(stated[:2]),
     )
 
 
 def _words(causes: list[Instance]) -> tuple[str, ...]:
-    """What else would tell them apart."""
-    names = frozenset(cause.effect for cause in causes)
-    words = (_SPLITS.get(names, ""), *(EFFECTS[cause.effect].needs for cause in causes))
-    return tuple(dict.fromkeys(word for word in words if word))
+    """What else would tell them apart; what each needs to be seen at all the rows have."""
+    words = _SPLITS.get(frozenset(cause.effect for cause in causes))
+    return () if words is None else (words,)
 
 
 @dataclass(frozen=True)

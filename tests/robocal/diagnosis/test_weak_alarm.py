@@ -22,3 +22,11 @@ def test_a_weak_cause_may_be_nothing_and_every_report_says_so(weak):
     assert f"nothing but noise ({effect['nothing_probability']:.2f})" in printed
     told = f"nothing but noise ({100 * effect['nothing_probability']:.0f} %)"
     assert told in (out / "report.html").read_text()
+
+
+def test_what_the_bundle_has_already_is_not_asked_for(weak):
+    """The backlash was seen by the directions of approach: they are there."""
+    steps = json.loads((weak[1] / "diagnosis.json").read_text())["next_steps"]
+    assert steps["between"][1] == "nothing"
+    assert not any("approach" in words for words in steps["words"])
+    assert any("hardly stands out" in words for words in steps["words"])

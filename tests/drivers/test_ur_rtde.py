@@ -3,9 +3,11 @@
 import io
 import os
 import pickle
+from types import SimpleNamespace
 
 import pytest
 
+from drivers.devices.ur_rtde import arm
 from drivers.devices.ur_rtde.messages import Done, Inbox, Outbox, StartMotion
 from drivers.devices.ur_rtde.safety import ADVICE, advice, safety_state
 from drivers.errors import Unsafe
@@ -74,3 +76,65 @@ def test_half_a_message_of_a_killed_writer_is_an_end():
     with pytest.raises(EOFError):
         inbox.take(1.0)
     inbox.join()
+
+
+class Controller:
+    """Stands behind the three clients; why a program ended is told two packages later."""
+
+    NORMAL, PROTECTIVE_STOP = 0x001, 0x404
+    READS_A_PACKAGE = 5
+
+    def __init__(self):
+        self.reads = 0
+        self.running = True
+        self.stopped_at = None
+
+    def clients(self):
+        return SimpleNamespace(
+            connect=lambda: True,
+            polyscopeVersion=lambda: "3.15.4",
+            setWatchdog=lambda _: True,
+            isProgramRunning=lambda: self.running,
+            getTimestamp=self.timestamp,
+            getSafetyStatusBits=self.safety_bits,
+            getRobotStatus=lambda: POWERED,
+            getRobotMode=lambda: RUNNING,
+            getActualQ=lambda: [0.0] * 6,
+            getTargetQd=lambda: [0.0] * 6,
+        )
+
+    def timestamp(self):
+        self.reads += 1
+        return 0.016 * self.package()
+
+    def package(self):
+        return self.reads // self.READS_A_PACKAGE
+
+    def safety_bits(self):
+        told = self.stopped_at is not None and self.package() >= self.stopped_at + 2
+        return self.PROTECTIVE_STOP if told else self.NORMAL
+
+    def stop(self):
+        self.running, self.stopped_at = False, self.package()
+
+
+@pytest.fixture
+def controller(monkeypatch):
+    behind = Controller()
+    for client in ("DashboardClient", "RTDEReceiveInterface", "RTDEControlInterface"):
+        monkeypatch.setattr(arm, client, lambda *_: behind.clients())
+    return behind
+
+
+def test_a_program_that_a_safety_stop_ended_is_told_with_that_stop(controller):
+    connected = arm.ConnectedArm("robot", "here")
+    assert connected.state().safety is Safety.normal
+    controller.stop()
+    assert connected.progress().state.safety is Safety.protective_stop
+
+
+def test_a_program_that_a_person_ended_is_told_after_a_few_packages(controller):
+    connected = arm.ConnectedArm("robot", "here")
+    controller.running = False
+    progress = connected.progress()
+    assert (progress.state.safety, progress.program_running) == (Safety.normal, False)

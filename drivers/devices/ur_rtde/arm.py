@@ -36,6 +36,8 @@ WATCHDOG_HZ = 7.0
 KICK_PERIOD_S = 0.02
 STALE_S = 0.5
 """Longest time for which the controller's clock may seem to stand still [s]."""
+CAUSE_PACKAGES = 3
+"""One may be on its way when the program ends, and the safety state be set a cycle later."""
 REST_DEADLINE_S = 2.0
 PROGRAM_START_DEADLINE_S = 3.0
 WAIT_PERIOD_S = 0.005
@@ -125,6 +127,7 @@ class ConnectedArm:
             except ValueError as error:
                 raise Refused(self.device, "moveJ", f"{error}") from error
         if not taken:
+            self._why_ended(self.state())
             self._check_may_start("moveJ")
             raise Refused(
                 self.device,
@@ -149,6 +152,8 @@ class ConnectedArm:
             raise self._abandoned
         state = self.state()
         running = bool(self._control.isProgramRunning())
+        if not running:
+            state = self._why_ended(state)
         if state.safety not in MAY_MOVE or not running:
             return Progress(state, arrived=False, program_running=running)
         return Progress(state, arrived=self._has_arrived(state), program_running=True)
@@ -200,6 +205,15 @@ class ConnectedArm:
         if self._control.isProgramRunning():
             with self._command("stop script"):
                 self._control.stopScript()
+
+    def _why_ended(self, state: RobotState) -> RobotState:
+        """Wait for the safety state that ended the program: another connection brings it, later."""
+        for _ in range(CAUSE_PACKAGES):
+            seen_s = state.time_s
+            while state.safety in MAY_MOVE and state.time_s == seen_s:
+                time.sleep(WAIT_PERIOD_S)
+                state = self.state()
+        return state
 
     def _has_arrived(self, state: RobotState) -> bool:
         target = self._target

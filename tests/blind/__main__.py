@@ -2,7 +2,8 @@
 
 Seeds are fresh in every run and printed; with `--seed` a run is repeated. `--keep FOLDER` keeps
 bundles, diagnoses and truths for a look. The kind `cell` goes through the service and is run only
-when it is asked for.
+when it is asked for. The second world knows neither poses of another number nor full poses, and
+of the kinds only those with effects of the catalogue.
 """
 
 import argparse
@@ -16,10 +17,22 @@ from tempfile import TemporaryDirectory
 from tests.blind.cells import cell_rates, run_cells
 from tests.blind.confusion import broken, confusion, worst
 from tests.blind.rates import RATES, Line, ambiguous, is_ambiguous
-from tests.blind.trials import WORKERS, Order, Trial, diagnose_all, make, measure_more, run, workers
+from tests.blind.trials import (
+    WORKERS,
+    WORLDS,
+    Order,
+    Trial,
+    diagnose_all,
+    make,
+    measure_more,
+    run,
+    workers,
+)
+from tests.second_world.families import KINDS as SECOND_WORLD_KINDS
 
 FEW_POSES = ("--poses", "60", "--repeats", "9", "--size", "0.5")
 AMBIGUOUS, CELL = "ambiguous", "cell"
+KINDS = {"first": (*RATES, AMBIGUOUS), "second": SECOND_WORLD_KINDS}
 WITHOUT_CONFUSION = {"clean"}
 
 
@@ -68,6 +81,7 @@ def main() -> int:
     parser.add_argument("--orientation", action="store_true", help="full poses (6D)")
     parser.add_argument("--effect", help="hide only this one")
     parser.add_argument("--poses", type=int, help="another number of poses than 120")
+    parser.add_argument("--world", choices=WORLDS, default="first", help="what hides the effects")
     parser.add_argument("--keep", type=Path, help="folder for bundles, truths and diagnoses")
     parser.add_argument("--workers", type=int, default=WORKERS, help="processes side by side")
     options = parser.parse_args()
@@ -81,11 +95,11 @@ def main() -> int:
     with TemporaryDirectory() as scratch, workers(options.workers) as pool:
         ended = [
             report(
-                Order(kind, options.trials, seed, arguments),
+                Order(kind, options.trials, seed, arguments, options.world),
                 (options.keep or Path(scratch)) / kind,
                 pool,
             )
-            for kind in options.kind or (*RATES, AMBIGUOUS)
+            for kind in options.kind or KINDS[options.world]
         ]
     return 0 if all(ended) else 1
 

@@ -23,6 +23,9 @@ ROBOTS = (
     ROOT / "robocal" / "robots" / "ur5e.yaml",
 )
 WORKERS = 2
+_ROBOTS = tuple(part for robot in ROBOTS for part in ("--robot", str(robot)))
+WORLDS = {"first": ("drivers.emulators.dataset", *_ROBOTS), "second": ("tests.second_world",)}
+"""Programs that hide effects, with what they need; see `tests/second_world`."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,7 @@ class Order:
     seed: int
     arguments: tuple[str, ...] = ()
     """More options of the program."""
+    world: str = "first"
 
 
 @dataclass(frozen=True)
@@ -57,11 +61,10 @@ class Trial:
 def make(folder: Path, order: Order) -> list[Place]:
     """Write the cases of an order."""
     bundles, truths = folder / "bundles", folder / "truth"
-    robots = [part for robot in ROBOTS for part in ("--robot", str(robot))]
     counts = ["--seed", str(order.seed), "--count", str(order.trials), "--kind", order.kind]
     places = ["--out", str(bundles), "--truth", str(truths)]
-    program = [sys.executable, "-m", "drivers.emulators.dataset"]
-    subprocess.run([*program, *robots, *counts, *places, *order.arguments], cwd=ROOT, check=True)
+    program = [sys.executable, "-m", *WORLDS[order.world]]
+    subprocess.run([*program, *counts, *places, *order.arguments], cwd=ROOT, check=True)
     names = [f"{index:04d}" for index in range(order.trials)]
     return [Place(bundles / n, truths / f"{n}.json", folder / "results" / n) for n in names]
 

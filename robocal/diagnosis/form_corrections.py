@@ -3,7 +3,8 @@
 The catalogue's forms are right to about a tenth: masses are stated roughly, springs harden. What is
 left of a large effect then looks like some small effect that resembles it. Such a one stays in the
 model, but it is no cause of its own. Where the large one follows the load and the masses are
-stated, its other forms are known: what these take up is its form, and what they cannot is a cause.
+stated, or where the arm grows, its other forms are known: what these take up is its form, and what
+they cannot is a cause.
 """
 
 from dataclasses import dataclass, replace
@@ -19,7 +20,7 @@ from robocal.diagnosis.evidence import log_bayes_factor
 from robocal.diagnosis.extended import FittedEffect
 from robocal.diagnosis.joint_fit import JointFit, effect_columns
 from robocal.diagnosis.linearised import Linearised
-from robocal.diagnosis.open_forms import beside_forms
+from robocal.diagnosis.open_forms import beside_forms, other_forms
 from robocal.diagnosis.step_sweep import STEPS
 
 FORM_SHARE = 0.025
@@ -128,7 +129,8 @@ def _mends(
     alike = float(np.linalg.norm(main.directions.T @ small.directions, 2))
     resembles = may_mend(large, small.effects[0].instance) and alike > ALIKE
     resembles = resembles and dropped < FORM_SHARE * main.size
-    if EFFECTS[large.effect].follows is not Follows.load or rows.robot.masses is None:
+    forms = other_forms(rows, main.effects)
+    if not forms:
         return resembles
     X, precision = effect_columns(fit, rows, tuple(fitted.instance for fitted in small.effects))
 
@@ -136,6 +138,6 @@ def _mends(
         return float(log_bayes_factor(*rest.scored(X), precision**-0.5))
 
     rest = found.without(fit, *small.positions)
-    alone, beside = strength(rest), strength(beside_forms(rows, rest, main.effects))
+    alone, beside = strength(rest), strength(beside_forms(rest, forms))
     taken_up = beside < min(NOTHING_LEFT, alone - TAKEN_UP)
     return taken_up or (resembles and beside < BEYOND_FORMS)

@@ -1,8 +1,9 @@
-"""In which other forms an effect of gravity may act: what its stated form leaves open.
+"""In which other forms an effect of gravity or heat may act: what its stated form leaves open.
 
-Masses and their centres are stated roughly, a spring hardens, and a pedestal or a link may be
-stiffer one way than the other. To first order each is one more column beside the effect's own,
-known to about its prior; what these columns can take up is no sign of another cause.
+Masses and their centres are stated roughly, a spring hardens, a pedestal or a link may be stiffer
+one way than the other, and no two links grow alike. To first order each is one more column beside
+the effect's own, known to about its prior; what these columns can take up is no sign of another
+cause.
 """
 
 from collections.abc import Iterator
@@ -10,8 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from robocal.diagnosis.catalogue import EFFECTS
 from robocal.diagnosis.circumstances import Circumstances
-from robocal.diagnosis.effect import Moves
+from robocal.diagnosis.effect import Follows, Moves
 from robocal.diagnosis.extended import FittedEffect, moves_of
 from robocal.diagnosis.linearised import Linearised
 from robocal.robots.robot import LinkMass
@@ -23,7 +25,8 @@ HAND_SPREAD = 0.015
 HARDENING = 1.0 / 3.0
 """Of what a spring yields under its largest load h: the cubic term of h tanh(tau/h); [1]"""
 ONE_WAY = 0.5
-"""Of the compliance: what one direction may have more than the other; [1]"""
+"""Of the compliance or growth: what one direction or link may have more than the other; [1]"""
+_GROWTH = ("thermal_expansion", "warm_up")
 
 
 def other_forms(rows: Circumstances, effects: tuple[FittedEffect, ...]) -> list[Moves]:
@@ -32,27 +35,31 @@ def other_forms(rows: Circumstances, effects: tuple[FittedEffect, ...]) -> list[
     Parameters
     ----------
     rows
-        Rows of a robot whose masses are stated.
+        Rows that the effects act on.
     effects
-        Of one place, which follow the load.
+        Of one place. Empty for what follows the load of masses that are not stated, and for what
+        neither load nor heat drives.
     """
+    name = effects[0].instance.effect
     stated = moves_of(rows, effects)
-    added: list[Moves] = []
+    one_way: list[Moves] = [{parameter: ONE_WAY * move} for parameter, move in stated.items()]
+    if name in _GROWTH:
+        return one_way
+    if EFFECTS[name].follows is not Follows.load or rows.robot.masses is None:
+        return []
+    added = one_way
     for other in _other_loads(rows):
         moved = moves_of(other, effects)
         added.append({parameter: moved[parameter] - stated[parameter] for parameter in stated})
     for parameter, move in stated.items():
         largest = max(float(np.abs(move).max()), 1e-300)
         added.append({parameter: HARDENING * move * (move / largest) ** 2})
-        added.append({parameter: ONE_WAY * move})
     return added
 
 
-def beside_forms(
-    rows: Circumstances, rest: Linearised, effects: tuple[FittedEffect, ...]
-) -> Linearised:
+def beside_forms(rest: Linearised, other: list[Moves]) -> Linearised:
     """A fit at its minimum that has taken up what it could by other forms of what acts there."""
-    forms = np.concatenate([rest.columns(moves) for moves in other_forms(rows, effects)], axis=1)
+    forms = np.concatenate([rest.columns(moves) for moves in other], axis=1)
     free = replace(
         rest,
         more=np.concatenate([rest.more, forms], axis=1),

@@ -93,8 +93,11 @@ def moved(p: np.ndarray) -> np.ndarray:
     return shift("x", p[:, 0]) @ shift("y", p[:, 1]) @ shift("z", p[:, 2])
 
 
-def bent(arm: Arm, rows: Rows, joint: int, c: float) -> np.ndarray:
-    """A beam whose curvature is the load's moment over EI = L / c, integrated along it."""
+def bent(arm: Arm, rows: Rows, joint: int, c: float, *, by_end_moment: bool = False) -> np.ndarray:
+    """A beam whose curvature is the load's moment over EI = L / c, integrated along it.
+
+    By the end moment alone where the moment all along is the one at the tip.
+    """
     T = np.broadcast_to(np.eye(4), (len(rows.q), 4, 4))
     nodes, weights = np.polynomial.legendre.leggauss(4)
     for link, ((theta, d, a, alpha, beta), reading) in enumerate(
@@ -104,7 +107,7 @@ def bent(arm: Arm, rows: Rows, joint: int, c: float) -> np.ndarray:
         if link == joint:
             slope, sag = np.zeros((2, len(rows.q), 3))
             for share, weight in zip(0.5 + 0.5 * nodes, 0.5 * weights, strict=True):
-                here = (T @ shift("x", a * share))[:, :3, 3]
+                here = (T @ shift("x", a * (1.0 if by_end_moment else share)))[:, :3, 3]
                 M = np.einsum("mji,mj->mi", T[:, :3, :3], moment(arm, rows, joint, here)) * c
                 M[:, 0] = 0.0
                 slope = slope + weight * M

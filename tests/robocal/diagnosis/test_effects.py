@@ -21,6 +21,7 @@ from tests.robocal.diagnosis.physics import (
     TAU,
     Load,
     Rows,
+    bent,
     share_of_time,
 )
 from tests.test_house_rules import stems
@@ -109,6 +110,16 @@ def instance_of(name: str, around: Circumstances) -> Instance:
     return Instance(name, joint, ARGUMENTS.get(name, ()), coefficients)
 
 
+def moved_by(around: Circumstances, arm: Arm, instance: Instance, size: float) -> np.ndarray:
+    """Where robocal has the target go with the first coefficient of this size [m]."""
+    values = np.zeros(len(instance.coefficients))
+    values[0] = size
+    k = len(values)
+    model = around.robot.geometry.with_frames(arm.base, arm.tool).with_frames_as_origin()
+    fitted = FittedEffect(instance, values, np.zeros((k, k)))
+    return predict(model, around, (fitted,)).p.T - predict(model, around, ()).p.T
+
+
 def test_every_effect_file_is_in_the_catalogue_and_has_a_physics_here():
     assert stems("robocal/diagnosis/effects", ".py") == set(EFFECTS) == set(PHYSICS)
     assert all(isinstance(effect, Effect) for effect in EFFECTS.values())
@@ -121,18 +132,24 @@ def test_an_effect_moves_the_target_as_its_physics_says(name):
     around = seen(arm, rows)
     instance = instance_of(name, around)
     size = 0.1 * instance.coefficients[0].prior_std
-    values = np.zeros(len(instance.coefficients))
-    values[0] = size
-    k = len(values)
-    model = around.robot.geometry.with_frames(arm.base, arm.tool).with_frames_as_origin()
-    fitted = FittedEffect(instance, values, np.zeros((k, k)))
-    got = predict(model, around, (fitted,)).p.T - predict(model, around, ()).p.T
+    got = moved_by(around, arm, instance, size)
     joint = instance.joint or 0
     expected = (PHYSICS[name](arm, rows, joint, size) - arm.poses(rows.q))[:, :3, 3]
     scale = np.abs(expected).max()
     assert scale > 1e-8
     # Second-order terms of a tenth of the prior size are below a thousandth of the first.
     np.testing.assert_allclose(got, expected, atol=1e-3 * scale)
+
+
+def test_a_link_that_bends_where_it_is_slender_at_its_tip_feels_the_end_moment_alone():
+    arm, rows = arm_and_rows()
+    around = seen(arm, rows)
+    offered = [i for i in EFFECTS["link_bending"].instances(around) if i.joint == 2]
+    (instance,) = [i for i in offered if i.arguments == (("end_force_share", 0.0),)]
+    size = 0.1 * instance.coefficients[0].prior_std
+    moved = (bent(arm, rows, 2, size, by_end_moment=True) - arm.poses(rows.q))[:, :3, 3]
+    scale = np.abs(moved).max()
+    np.testing.assert_allclose(moved_by(around, arm, instance, size), moved, atol=1e-3 * scale)
 
 
 @pytest.mark.parametrize("name", [name for name in EFFECTS if name not in UNSEEN])

@@ -1,4 +1,4 @@
-"""The other forms of an effect of gravity hold what elementary physics leaves of a wrong one."""
+"""The other forms of an effect of gravity or heat hold what physics leaves of a wrong one."""
 
 from dataclasses import replace
 
@@ -13,6 +13,9 @@ from tests.robocal.diagnosis.physics import moment, torque
 from tests.robocal.diagnosis.test_effects import arm_and_rows, seen
 
 COMPLIANCE = 2e-6
+EXPANSION = 23e-6
+LINK_2_A, LINK_4_D = 5 * 1 + 2, 5 * 3 + 1
+"""Places of two lengths among five parameters a link."""
 NOISE = 0.02
 """Of the remainder: what is smaller need not be taken up; [1]"""
 
@@ -84,7 +87,25 @@ def test_masses_that_nobody_states_leave_no_form_of_theirs_open(cell):
     _, _, around = cell
     bare = replace(around, payload=np.zeros(len(around)))
     effect = fitted("joint_compliance", around, 2)
-    n_masses = 4 * sum(link.mass > 0 for link in around.robot.masses)
+    of_masses = 4 * sum(link.mass > 0 for link in around.robot.masses)
+    one_way_and_hardening = 2
     assert len(other_forms(around, effect)) - len(other_forms(bare, effect)) == 3
-    unloaded = replace(bare, robot=replace(bare.robot, masses=None))
-    assert len(other_forms(bare, effect)) - len(other_forms(unloaded, effect)) == n_masses
+    assert len(other_forms(bare, effect)) == of_masses + one_way_and_hardening
+    unstated = replace(around, robot=replace(around.robot, masses=None))
+    assert other_forms(unstated, effect) == []
+
+
+@pytest.mark.parametrize(("parameter", "share"), [(LINK_2_A, 0.4), (LINK_4_D, -0.3)])
+def test_a_link_that_grows_otherwise_than_the_rest(cell, parameter, share):
+    arm, rows, around = cell
+    (expansion,) = EFFECTS["thermal_expansion"].instances(around)
+    effect = (FittedEffect(expansion, np.array([EXPANSION]), np.zeros((1, 1))),)
+    length = arm.links[parameter // 5][parameter % 5]
+    remainder = share * EXPANSION * (rows.temperature - rows.temperature.mean()) * length
+    left, deviations = left_over(around, effect, parameter, remainder)
+    assert left < 0.01
+    assert deviations < 1.0
+
+
+def test_what_neither_load_nor_heat_drives_has_no_form_that_is_known(cell):
+    assert other_forms(cell[-1], fitted("backlash", cell[-1], 2)) == []
